@@ -14,7 +14,7 @@ use trueweld_output::json::{self, CheckResult, CheckedFile};
 use trueweld_output::log_notice_in_words;
 use trueweld_plant::input::{
     Control, Document, FileKind, InputError, InputFile, ModelFile, Process, RobotFile, Sensors,
-    Weld, folder_of, open_entries, read_text,
+    Weld, folder_of, open_entries, read_text, warnings,
 };
 
 /// Arguments of `check`.
@@ -49,12 +49,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     for (path, result) in checked {
         let name = path.display().to_string();
         let (kind, error, notices) = match result {
-            Ok((kind, notices)) => {
-                say!("{name}: {kind}, in order\n");
+            Ok((kind, notices, doubts)) => {
+                match doubts.len() {
+                    0 => say!("{name}: {kind}, in order\n"),
+                    1 => say!("{name}: {kind}, readable; 1 value is implausible\n"),
+                    n => say!("{name}: {kind}, readable; {n} values are implausible\n"),
+                }
                 for notice in &notices {
                     say!("  note: {notice}\n");
                 }
-                (Some(kind.schema().to_owned()), None, notices)
+                (Some(kind.schema().to_owned()), None, [notices, doubts].concat())
             }
             Err(error) => {
                 let said = error.to_string();
@@ -142,12 +146,12 @@ fn check_model(model: &ModelFile, document: &Document<'_>) -> Result<(), InputEr
     Err(posterior.wrong("sha256", "the digest of this model, as `improve` wrote it", help))
 }
 
-/// Reads and checks an input file of any kind, and says which kind it is, and of a log what a reader
-/// should know.
+/// Reads and checks an input file of any kind, and says which kind it is, of a log what a reader
+/// should know, and what is implausible.
 ///
 /// # Errors
 /// Everything the reader of its kind refuses; a `schema` that is of no kind.
-fn check(path: &Path) -> Result<(FileKind, Vec<String>), InputError> {
+fn check(path: &Path) -> Result<(FileKind, Vec<String>, Vec<String>), InputError> {
     let (name, text) = read_text(path)?;
     let document = Document::parse(&text, &name)?;
     let kind = document.kind()?;
@@ -168,5 +172,8 @@ fn check(path: &Path) -> Result<(FileKind, Vec<String>), InputError> {
         FileKind::Campaign => Campaign::list(folder_of(path)).map(drop),
         FileKind::Protocol => ProtocolFile::parse(&text, path).map(drop),
     }?;
-    Ok((kind, notices))
+    // Of this file alone: others may have been read with it, or before.
+    let of_file = format!("{name}:");
+    let doubts = warnings().into_iter().filter(|warning| warning.starts_with(&of_file)).collect();
+    Ok((kind, notices, doubts))
 }

@@ -12,8 +12,8 @@ use trueweld_evaluate::{Requirements, UncertainCell};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{
-    Control, InputFile, ModelFile, Posterior, Process, RobotFile, Sensors, Weld, check_option,
-    read_text, warnings,
+    Control, Document, InputFile, ModelFile, Posterior, Process, RobotFile, Sensors, Weld,
+    check_option, check_weld, read_text, warnings,
 };
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::provenance::{
@@ -253,7 +253,7 @@ impl CellFiles {
         let controller_model = known
             .with_stiffness_scaled(&factor)
             .map_err(|_| miette!("--stiffness-error {error} leaves no possible robot"))?;
-        Ok(Inputs {
+        let inputs = Inputs {
             weld_file,
             weld_name,
             seed: self.seed.unwrap_or(sensors.seed),
@@ -269,7 +269,9 @@ impl CellFiles {
             stiffness_error: error,
             informed: self.informed,
             files,
-        })
+        };
+        check_weld(&inputs.weld, &inputs.planned, |key| inputs.place_in_weld(key));
+        Ok(inputs)
     }
 
     /// The robot with the model file's effects in its own numbers.
@@ -337,6 +339,22 @@ impl Inputs {
             return Err(miette!("{name}: it was changed since it was read"));
         }
         Ok(text)
+    }
+
+    /// What the robot file says of its own numbers: the comment that it begins with.
+    pub fn robot_grade(&self) -> Result<String> {
+        let text = self.text::<RobotFile>()?;
+        let lines = text.lines().map_while(|line| line.strip_prefix('#'));
+        Ok(lines.map(str::trim).collect::<Vec<_>>().join(" "))
+    }
+
+    /// Where a key of the weld file stands.
+    fn place_in_weld(&self, key: &str) -> String {
+        let text = self.text::<Weld>().unwrap_or_default();
+        match Document::parse(&text, &self.weld_file) {
+            Ok(document) if !text.is_empty() => document.root().place_of(key),
+            _ => self.weld_file.clone(),
+        }
     }
 
     /// What is not known of this cell where what was measured of it stands in place of what is

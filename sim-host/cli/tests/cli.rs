@@ -254,6 +254,14 @@ fn check_says_what_a_file_is_or_what_is_wrong_with_it() {
     assert_eq!(value["schema"], "check/1");
     assert!(value["files"].as_array().unwrap().iter().all(|file| file["ok"] == true));
 
+    let process = fs::read_to_string(&files[1]).unwrap();
+    let wide = process.replace("pin_diameter_m = 0.005", "pin_diameter_m = 0.05");
+    fs::write(place.path().join("wide.toml"), wide).unwrap();
+    let out = place.done(&["check", "wide.toml", "--json", "check.json"]);
+    assert!(out.contains("a welding process, readable; ") && !out.contains("in order"), "{out}");
+    let notices = &place.json("check.json")["files"][0]["notices"];
+    assert!(notices[0].as_str().unwrap().contains("`pin_diameter_m`"), "{notices}");
+
     place.weld("nan.toml", "[1.7, -1.0, 0.5]", "[1.7, nan, 0.5]");
     let output = place.run(&["check", "short.toml", "nan.toml", "--json", "check.json"]);
     assert!(!output.status.success());

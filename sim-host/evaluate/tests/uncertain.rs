@@ -152,6 +152,8 @@ fn a_number_that_cannot_be_is_told_where_it_stands() {
             "did you mean `feed_drag_ns_m`",
         ),
         (format!("{FRICTION}{}", uniform(0.0, 1e9)), "reaches to 1000000000"),
+        // As a file or `--effect` would be refused that states the drawn value.
+        (format!("{FRICTION}relative = true\n{}", uniform(0.0, 1e3)), "this one reaches to"),
         (format!("{FRICTION}{}", uniform(2.0, 1.0)), "ends in their order"),
         (format!("{FRICTION}distribution = \"gaussian\""), "one of fixed, uniform"),
         (format!("seam = \"shift_y_m\"\nrelative = true\n{}", uniform(-0.1, 0.1)), "share of"),

@@ -66,7 +66,9 @@ pub fn posterior(
     }
     let campaign = sha256(files.concat().as_bytes());
     let of = of_fit(bench, logs, &with_all_calibrations(bench, improvement)?, robot)?;
-    Ok(Posterior { campaign, ..of })
+    // The score that the improvement tells, where nothing was fitted.
+    let told = improvement.steps.last().map(|step| step.held_out).filter(|s| s.is_finite());
+    Ok(Posterior { campaign, score: told.unwrap_or(of.score), ..of })
 }
 
 /// The posterior of effects that were fitted with every calibration free beside them. `logs`: those

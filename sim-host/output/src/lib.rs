@@ -34,7 +34,7 @@ pub use finished::{
     AssumedDraws, CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, IdentifyReport,
     ImportReport, ImproveReport, LawsReport, LimitsAt, MistakesReport, RecordReport,
     RegisterReport, StepReport, StepRun, StiffnessPlanReport, StudyLayoutReport, StudyLimitsReport,
-    StudyPaperReport, StudySensitivityReport, TuneReport, WeldReport, WeldRun,
+    StudyPaperReport, StudySensitivityReport, TuneReport, WeldPlan, WeldReport, WeldRun,
 };
 pub use progress::Progress;
 pub use report::*;

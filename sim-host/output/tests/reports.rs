@@ -174,6 +174,28 @@ fn improvement() {
 }
 
 #[test]
+fn a_certificate_says_what_is_signed_on_pages_that_hold_it() {
+    let page = sample::certificate().page();
+    for said in [
+        "2000 mm at 10.0 mm/s under a push of 18.0 kN",
+        "Pin of 5.00 mm, 600 rev/min counter-clockwise",
+        "a drag of 4.00 kN along the seam and 1.00 kN across it",
+        "is simulated",
+        "research estimate",
+        "serial number of the robot",
+        "second signature",
+    ] {
+        assert!(page.contains(said), "{said}");
+    }
+    // A sheet of paper holds some twelve columns of numbers.
+    let cells = |row: &str| {
+        ["<th>", "<th ", "<td>", "<td "].map(|cell| row.matches(cell).count()).iter().sum::<usize>()
+    };
+    let widest = page.split("<tr").map(cells).max();
+    assert!(widest <= Some(12), "{widest:?}");
+}
+
+#[test]
 fn certificate() {
     insta::assert_snapshot!(told(&sample::certificate()));
 }

@@ -25,7 +25,9 @@ use trueweld_evaluate::certify::{
     rare_failure, search, sensitivities, weak_points,
 };
 use trueweld_evaluate::{Requirements, UncertainCell};
-use trueweld_output::{AssumedDraws, CertifiedWeld, CertifyReport, Progress, Report, write_file};
+use trueweld_output::{
+    AssumedDraws, CertifiedWeld, CertifyReport, Progress, Report, WeldPlan, write_file,
+};
 use trueweld_plant::input::FileKind;
 use trueweld_plant::provenance::{FileDigest, Provenance, sha256};
 use trueweld_plant::simulate::{Program, RunError, Scenario};
@@ -192,6 +194,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         asked: [requirements.failure_probability, requirements.confidence],
         welds,
         uncertain,
+        robot_grade: inputs[0].robot_grade()?,
         repeat: repeat::command_line("certify", &ONLY_HERE),
         kept: written(&sections).iter().map(|file| shard::digest(file)).collect::<Result<_>>()?,
         provenance: &provenance,
@@ -623,6 +626,7 @@ impl<'a> WeldCampaign<'a> {
         let weld = CertifiedWeld {
             name: inputs.weld_name.clone(),
             held,
+            planned: WeldPlan::of(&inputs.weld, &inputs.planned),
             sensitivities: sensitivities(uncertain, &requirements, &evidence),
             weak_points: weak_points(&requirements, &evidence.margins),
             shown: certification.shown(&evidence, &requirements),

@@ -81,6 +81,8 @@ impl UncertainEntry {
         }
         let possible = |end: f64| match subject {
             _ if relative => end > -1.0,
+            // In proportion to the robot's own number, which is looked at with the robot.
+            Subject::Effect(kind, _) if kind.adds_to.is_some() => true,
             Subject::Effect(kind, parameter) => kind.parameters[parameter].holds(end),
             Subject::Process(_) | Subject::Sensor(_) | Subject::Seam(_) => is_possible(key, end),
         };
@@ -169,6 +171,26 @@ fn quantity_of(key: &str) -> Option<&'static trueweld_plant::input::Quantity> {
 
 fn is_possible(key: &str, value: f64) -> bool {
     quantity_of(key).is_some_and(|q| (q.possible[0]..=q.possible[1]).contains(&value))
+}
+
+/// Refuses an effect that is drawn beyond the range in which a file or an option may state it there.
+pub(crate) fn within_range(
+    entry: &UncertainEntry,
+    at: Location,
+    robot: &RobotFile,
+) -> Result<(), String> {
+    let Subject::Effect(kind, parameter) = entry.subject else { return Ok(()) };
+    let robot = robot.robot.parameters();
+    let [low, high] = kind.range(parameter, at, robot);
+    let own = kind.own(parameter, at, robot).filter(|_| entry.relative).unwrap_or(1.0);
+    let ends = entry.distribution.ends().map(|end| end * own);
+    match ends.into_iter().find(|end| !(low..=high).contains(end)) {
+        None => Ok(()),
+        Some(end) => Err(format!(
+            "expected values from {low:e} to {high:e} {}; this one reaches to {end}",
+            kind.parameters[parameter].unit
+        )),
+    }
 }
 
 /// Every number of an entry: its name, the place of its effect, its component.

@@ -16,7 +16,7 @@ pub use distribution::Distribution;
 pub use entry::{Group, SEAM_KEYS, UncertainEntry};
 
 use distribution::CUT;
-use entry::{Subject, places};
+use entry::{Subject, places, within_range};
 use nalgebra::{DMatrix, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -277,6 +277,7 @@ impl UncertainCell {
                 if cell.numbers.iter().any(|number| number.name == name) {
                     return Err(wrong(format!("{name} is drawn twice; expected each number once")));
                 }
+                within_range(entry, at, robot).map_err(|why| wrong(format!("{name}: {why}")))?;
                 let weights = cell.weights(&name, entry.group.as_ref()).map_err(&wrong)?;
                 cell.numbers.push(UncertainNumber {
                     name,
@@ -396,12 +397,9 @@ impl UncertainCell {
         for (number, value) in drawn().filter(|(number, _)| number.measured.is_none()) {
             let Subject::Effect(kind, parameter) = number.subject else { continue };
             let k = place(&mut effects, beside, number, kind);
-            let joint = if let Location::Joint(joint) = number.at { joint } else { 0 };
-            let of = match kind.adds_to {
-                Some(own) if number.relative => own(robot.parameters(), joint)[parameter],
-                _ => 1.0,
-            };
-            effects[k].values[parameter] = value * of;
+            let own = kind.own(parameter, number.at, robot.parameters());
+            let own = own.filter(|_| number.relative).unwrap_or(1.0);
+            effects[k].values[parameter] = value * own;
         }
         effects
     }

@@ -101,7 +101,7 @@ pub struct MeasurementRecord {
     pub logs: Vec<String>,
     /// SHA-256 of the SHA-256 of every file of the logs, in their order.
     pub campaign_sha256: String,
-    /// Score of the model on these logs; 1.0 is the noise floor.
+    /// Score of the model where nothing was fitted; 1.0 is the noise floor.
     pub score: f64,
     /// Numbers whose values stand at the bound of what is possible.
     pub at_bound: Vec<String>,

@@ -498,7 +498,7 @@ pub struct CheckedFile {
     /// What is wrong with it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
-    /// What a reader should know of a log that is in order.
+    /// What a reader should know of it: how a log was read, and values that are implausible.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notices: Vec<String>,
 }

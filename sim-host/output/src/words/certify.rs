@@ -1,8 +1,8 @@
 //! What is said of a certification.
 
 use super::requirement::{label, reason, shown, under};
-use super::{condensed, counted, listed, share};
-use crate::{CertifiedWeld, CertifyReport};
+use super::{Scale, condensed, counted, digits, fixed, listed, score, share};
+use crate::{CertifiedWeld, CertifyReport, WeldPlan};
 use trueweld_evaluate::PHASES;
 use trueweld_evaluate::certify::{
     AcceptedFault, Evidence, EvidenceKind, FaultTrial, Reason, Requirement, SampledCell,
@@ -18,8 +18,12 @@ pub(crate) fn headline(report: &CertifyReport<'_>) -> String {
         Verdict::Fail => "does not meet its requirements",
     };
     let cell = match report.uncertain.is_one_cell() {
-        true => ", of one cell alone: they leave nothing of it uncertain",
-        false => "",
+        true => ", of one cell alone: they leave nothing of it uncertain".to_owned(),
+        false => format!(
+            ", with {} drawn and {} taken as known",
+            counted(drawn(report.uncertain), "uncertain number"),
+            report.uncertain.left_out().len()
+        ),
     };
     format!("The law {} {verdict}{cell}", report.law)
 }
@@ -80,6 +84,41 @@ pub(crate) fn weak(report: &CertifyReport<'_>) -> Vec<String> {
 /// How many cells were searched.
 fn searched(weld: &CertifiedWeld) -> String {
     counted(weld.evidence.worst.runs.len(), "searched cell")
+}
+
+/// How many numbers the draws differ in.
+fn drawn(cell: &UncertainCell) -> usize {
+    let is_drawn = |of: &Distribution| !matches!(of, Distribution::Fixed { .. });
+    let stated = cell.numbers.iter().filter(|number| is_drawn(&number.distribution)).count();
+    short_numbers(cell).len() + stated
+}
+
+/// How a weld is planned, in a sentence or two.
+pub(crate) fn planned(weld: &WeldPlan) -> String {
+    let mm = |m: f64| Scale::large("m").quantity(m);
+    let kn = |n: f64| format!("{} kN", digits(n * 1e-3, 3));
+    let [low, high] = weld.feed.map(|feed| digits(feed * 1e3, 3));
+    let feed = if low == high { high } else { format!("{low} to {high}") };
+    let turns = weld.spindle * 60.0 / std::f64::consts::TAU;
+    // The tool's axis points into the material: away from who looks at it from the spindle.
+    let sense = if turns < 0.0 { "counter-clockwise" } else { "clockwise" };
+    let lean = match weld.lean.map(f64::to_degrees) {
+        [0.0, 0.0] => "square to the surface".to_owned(),
+        [lead, tilt] => {
+            format!("with {} ° of lead and {} ° of tilt", fixed(lead, 1), fixed(tilt, 1))
+        }
+    };
+    format!(
+        "{:.0} mm at {feed} mm/s under a push of {}. Pin of {}, {:.0} rev/min {sense} seen from the spindle, \
+         tool {lean} and {} deep at the start. Planned with a drag of {} along the seam and {} across it.",
+        weld.length * 1e3,
+        kn(weld.push),
+        mm(weld.pin),
+        turns.abs(),
+        mm(weld.depth),
+        kn(weld.drag[0]),
+        kn(weld.drag[1]),
+    )
 }
 
 /// A verdict in a cell.
@@ -419,19 +458,30 @@ pub(crate) fn reported(trials: &[&FaultTrial]) -> String {
     }
 }
 
-/// What is filled in by hand.
-pub(crate) const SIGNED_BY: [&str; 3] = ["name", "date", "signature"];
+/// What is filled in by hand: what no file knows, and who signs.
+pub(crate) const SIGNED_BY: [&str; 10] = [
+    "part, and number of the procedure",
+    "cell, serial number of the robot",
+    "tool: pin and shoulder",
+    "material and thickness",
+    "sensors: class, last calibration",
+    "valid until, or until what changes",
+    "name, date",
+    "signature",
+    "second name, date",
+    "second signature",
+];
 
 /// What was measured and by which logs, in a sentence; nothing where all is assumed.
 pub(crate) fn measured(cell: &UncertainCell) -> Option<String> {
     let of = cell.posterior.as_ref()?;
     let mut text = format!(
-        "Measured: {}, jointly, by {} ({}) of the campaign {}; score {:.3}, 1.0 is the noise floor.",
+        "Measured: {}, jointly, by {} ({}) of the campaign {}; score {} where nothing was fitted, 1.0 is the noise floor.",
         counted(of.numbers.len(), "number"),
         counted(of.logs.len(), "log"),
         of.logs.join(", "),
         of.campaign.get(..12).unwrap_or(&of.campaign),
-        of.score
+        score(of.score)
     );
     let mut also = |names: &[String], what: &str| {
         if !names.is_empty() {
@@ -459,14 +509,18 @@ pub(crate) fn not_explained(cell: &UncertainCell) -> Option<String> {
 /// Score up to which a model explains its logs, where their noise is estimated.
 const FLOOR: f64 = 1.1;
 
-/// What the draws take as known, in a sentence.
-pub(crate) fn left_out(what: &[String]) -> String {
-    if what.is_empty() {
-        return "The draws leave nothing out that the library knows.".to_owned();
-    }
-    format!(
-        "Taken as known, and not drawn: {}. What of this the real cell has, this certificate does not \
-         cover.",
-        what.join("; ")
-    )
+/// What this stands on: simulation, a robot file, and what is taken as known; a sentence each.
+pub(crate) fn simulated(report: &CertifyReport<'_>) -> Vec<String> {
+    let robot = match report.robot_grade.as_str() {
+        "" => "The robot file does not say where its numbers come from.".to_owned(),
+        grade => format!("The robot file says of its numbers: “{grade}”"),
+    };
+    let known = match report.uncertain.left_out().len() {
+        0 => "The draws leave nothing out that the library knows.".to_owned(),
+        known => format!(
+            "Taken as known, and not drawn: {known} effects and numbers (appendix). What of them the real \
+             cell has, this certificate does not cover."
+        ),
+    };
+    vec!["Every weld of it is simulated: no real one was made.".to_owned(), robot, known]
 }

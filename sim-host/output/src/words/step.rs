@@ -10,6 +10,10 @@ pub(crate) fn controller_names(runs: &[StepRun]) -> Vec<String> {
     super::weld::numbered(runs.iter().map(|r| r.recording.controller.to_owned()).collect())
 }
 
+/// What agreement of the step shows, and what it does not.
+pub(crate) const SEARCHED_GAINS: &str = "No gains are published: those of the shipped control file were searched until this cell gave the published \
+     step. That they agree shows that such gains exist, not that the model is right.";
+
 /// The result in one sentence.
 pub(crate) fn headline(runs: &[StepRun]) -> String {
     let parts: Vec<String> = runs
@@ -31,7 +35,7 @@ pub(crate) fn headline(runs: &[StepRun]) -> String {
 pub(crate) fn setting(height: f64) -> String {
     format!(
         "Step of the push by {}; 5 % and overshoot are of its height, taken from the real push with \
-         its ripple. Published figures: Bres et al., Industrial Robot 37(1), 2010.",
+         its ripple. Published figures: Bres et al., Industrial Robot 37(1), 2010. {SEARCHED_GAINS}",
         Scale { factor: 1e-3, unit: "kN" }.quantity(height)
     )
 }
@@ -45,6 +49,7 @@ pub(crate) fn milliseconds(time: f64) -> String {
 mod tests {
     use super::*;
     use crate::sample;
+    use trueweld_plant::simulate::{LimitKind, LimitSpan, Phase};
 
     #[test]
     fn a_response_that_does_not_settle_is_said_not_to() {
@@ -52,5 +57,19 @@ mod tests {
         steps.figures[1].settle_5pct = None;
         let sentence = headline(&steps.runs());
         assert!(sentence.contains("superposed not within the time recorded, external in "));
+    }
+
+    #[test]
+    fn a_step_has_no_seam() {
+        let mut steps = sample::steps();
+        let limit = LimitSpan {
+            kind: LimitKind::Torque(1),
+            first: sample::STEP_AT,
+            phase: Phase::Hold,
+            rows: 2,
+        };
+        steps.figures[0].limits = vec![limit];
+        let sentence = headline(&steps.runs());
+        assert!(sentence.contains("torque of A2") && !sentence.contains("seam"), "{sentence}");
     }
 }

@@ -40,7 +40,7 @@ use trueweld_measure::residuals::compare::{
 use trueweld_measure::residuals::localize::{
     Category, Curve, CurvePoint, Finding, MapAxis, ResidualMap, Statistic, Variable,
 };
-use trueweld_output::{CertifiedWeld, CertifyReport, DiagnoseReport, StepRun, WeldRun};
+use trueweld_output::{CertifiedWeld, CertifyReport, DiagnoseReport, StepRun, WeldPlan, WeldRun};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::{
@@ -776,6 +776,10 @@ pub fn certificate() -> CertifyReport<'static> {
         welds: vec![CertifiedWeld {
             name: "vertical".to_owned(),
             held: stated.held(&requirements),
+            planned: WeldPlan::of(
+                &Weld::read(fixture("welds/vertical.toml")).unwrap(),
+                &Process::read(fixture("processes/lap-weld-2024-t3.toml")).unwrap(),
+            ),
             sensitivities: vec![Sensitivity {
                 name: "lateral_rms_m",
                 beyond: 2,
@@ -807,6 +811,7 @@ pub fn certificate() -> CertifyReport<'static> {
             assumed: None,
         }],
         uncertain: uncertain(),
+        robot_grade: "A KR 500: research estimate.".to_owned(),
         repeat: "trueweld certify --compensator elastostatic".to_owned(),
         kept: vec![FileDigest::new("evidence", "trials-vertical.jsonl", b"abc")],
         provenance: provenance(),

@@ -6,7 +6,7 @@ use super::curve::Curve;
 use super::draw::Draw;
 use super::formula::Formula;
 use super::location::{CHANNELS, Location, LocationKind};
-use super::parameter::Parameter;
+use super::parameter::{Parameter, Role};
 use crate::input::{Process, RobotFile, did_you_mean};
 use crate::robot::{Channel, JointState, Port, Ports, Term, TooManyStates, mount, remembers};
 use trueweld_core::{JOINTS, ModelError, Pose, Robot, RobotParameters};
@@ -215,6 +215,23 @@ impl EffectKind {
             }
             LocationKind::Cell => vec![Location::Cell],
         }
+    }
+
+    /// Least and largest value of a parameter at a place: those of the parameter, and where it adds
+    /// to a number of the robot's own, from nothing of that number to twice as much.
+    pub fn range(&self, parameter: usize, at: Location, robot: &RobotParameters<f64>) -> [f64; 2] {
+        let of = &self.parameters[parameter];
+        if of.role == Role::Phase {
+            return [f64::NEG_INFINITY, f64::INFINITY];
+        }
+        let own = self.own(parameter, at, robot).map_or(0.0, f64::abs);
+        [of.low.min(-own), of.high.max(own)]
+    }
+
+    /// The robot's own number that a parameter adds to; `None` where it stands alone.
+    pub fn own(&self, parameter: usize, at: Location, robot: &RobotParameters<f64>) -> Option<f64> {
+        let joint = if let Location::Joint(joint) = at { joint } else { 0 };
+        self.adds_to.map(|own| own(robot, joint)[parameter])
     }
 
     /// The effect without effect: every size at its neutral value.

@@ -188,8 +188,11 @@ impl Effect {
             if !number.is_finite() {
                 return Err(kind.wrong(format!("{name} = {value} is not finite")));
             }
-            if !kind.parameters[index].holds(number) {
-                return Err(kind.wrong(format!("{name} = {value} is outside its range")));
+            let [low, high] = kind.range(index, place, robot.robot.parameters());
+            if !(low..=high).contains(&number) {
+                return Err(kind.wrong(format!(
+                    "{name} = {value} is outside its range here, {low:e} to {high:e}"
+                )));
             }
             if found[index].replace(number).is_some() {
                 return Err(kind.wrong(format!("{name} is given twice")));
@@ -207,6 +210,25 @@ impl Effect {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::input::InputFile;
+
+    #[test]
+    fn a_joint_may_have_less_friction_by_all_that_it_has() {
+        let text = include_str!("../../../../fixtures/robots/kr500-mt.toml");
+        let robot = RobotFile::parse(text, "kr500-mt.toml").unwrap();
+        let own = robot.robot.parameters().friction.viscous[1];
+        assert!(own > 1000.0, "{own}: more than the parameter's own range");
+        let viscous = |share: f64| {
+            let value = share * own;
+            Effect::parse(
+                &format!("joint-friction:A2:coulomb_nm=0,viscous_nms_rad={value}"),
+                &robot,
+            )
+        };
+        assert_eq!(viscous(-0.5).unwrap().values[1], -0.5 * own);
+        let error = viscous(-1.1).unwrap_err().to_string();
+        assert!(error.contains("outside its range here"), "{error}");
+    }
 
     #[test]
     fn an_effect_that_states_too_little_does_not_join() {

@@ -50,7 +50,7 @@ pub struct Posterior {
     pub logs: Vec<String>,
     /// SHA-256 of the SHA-256 of every file of the logs, in their order.
     pub campaign: String,
-    /// Score of the fit on these logs; 1.0 is the noise floor.
+    /// Score of the improved model where nothing was fitted; 1.0 is the noise floor.
     pub score: f64,
     /// Numbers that were fitted and whose values stand at the bound of what is possible: beyond
     /// there is no distribution.

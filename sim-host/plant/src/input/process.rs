@@ -1,5 +1,6 @@
 //! The welding process: `process/1`.
 
+use super::relation::Relation;
 use super::{FileKind, InputError, InputFile, Table};
 
 /// Macroscopic three-axis visco-elastic model of friction stir welding, in the weld frame W
@@ -44,6 +45,75 @@ pub struct Ripple {
     pub phase: f64,
 }
 
+/// The value of a relation of a process.
+type OfProcess = fn(&Process) -> f64;
+
+/// Relations of a process. Grades: of the tool from the practice of friction stir welding; of the
+/// macroscopic model a factor of seven about the published lap weld, from which the numbers of
+/// others are scaled.
+pub static RELATIONS: [Relation<OfProcess>; 7] = [
+    // 2 kN on a pin of 5 mm for soft sheet, 18 kN for a lap weld in 2024.
+    Relation {
+        key: "pin_diameter_m",
+        with: &["reference_force_n"],
+        unit: "N/mm²",
+        plausible: [60.0, 3000.0],
+        meaning: "push over the square of the pin's diameter",
+        of: |p| p.reference_force / p.pin_diameter.powi(2) * 1e-6,
+    },
+    // 4 mm at 1400 rpm: 0.3 m/s.
+    Relation {
+        key: "spindle_rad_s",
+        with: &["pin_diameter_m"],
+        unit: "m/s",
+        plausible: [0.03, 1.2],
+        meaning: "speed of the pin's surface",
+        of: |p| 0.5 * p.spindle.abs() * p.pin_diameter,
+    },
+    // 22 s/m: at 10 mm/s 22 % of the push.
+    Relation {
+        key: "feed_drag_ns_m",
+        with: &["reference_force_n"],
+        unit: "s/m",
+        plausible: [3.0, 150.0],
+        meaning: "drag along the weld per feed and push",
+        of: |p| p.feed_drag / p.reference_force,
+    },
+    Relation {
+        key: "lateral_damping_ns_m",
+        with: &["reference_force_n"],
+        unit: "s/m",
+        plausible: [3.0, 150.0],
+        meaning: "drag across the weld per speed and push",
+        of: |p| p.lateral_damping / p.reference_force,
+    },
+    Relation {
+        key: "lateral_stiffness_n_m",
+        with: &["reference_force_n"],
+        unit: "1/m",
+        plausible: [40.0, 2000.0],
+        meaning: "stiffness across the weld per push",
+        of: |p| p.lateral_stiffness / p.reference_force,
+    },
+    Relation {
+        key: "depth_damping_ns_m",
+        with: &["depth_stiffness_n_m"],
+        unit: "s",
+        plausible: [0.006, 0.3],
+        meaning: "time in which the material gives way in depth",
+        of: |p| p.depth_damping / p.depth_stiffness,
+    },
+    // A shoulder has two to four times the pin's diameter.
+    Relation {
+        key: "memory_length_m",
+        with: &["pin_diameter_m"],
+        unit: "",
+        plausible: [0.25, 8.0],
+        meaning: "travel over which the channel follows, in diameters of the pin",
+        of: |p| p.memory_length / p.pin_diameter,
+    },
+];
+
 /// A number of the process by its key: one place, or one for every order of the ripple.
 type Numbers = (&'static str, fn(&mut Process) -> Vec<&mut f64>);
 
@@ -85,7 +155,7 @@ impl InputFile for Process {
             "pin_diameter_m",
             "ripple",
         ])?;
-        Ok(Self {
+        let process = Self {
             depth_stiffness: root.quantity("depth_stiffness_n_m")?,
             depth_damping: root.quantity("depth_damping_ns_m")?,
             feed_drag: root.quantity("feed_drag_ns_m")?,
@@ -103,7 +173,11 @@ impl InputFile for Process {
             } else {
                 Vec::new()
             },
-        })
+        };
+        for relation in &RELATIONS {
+            relation.check((relation.of)(&process), &|key| root.place_of(key));
+        }
+        Ok(process)
     }
 }
 

@@ -3,7 +3,8 @@
 //! A value outside the possible range is refused: nothing good can come of it. One outside the
 //! plausible range is taken with a warning, since it is more often a slip or another unit than a
 //! cell. The plausible ranges are those of friction stir welding on serial robots from 5 kg to
-//! 1000 kg of payload, with room to either side.
+//! 1000 kg of payload, with room to either side. What a single number cannot tell, numbers together
+//! do: [`Relation`](super::relation::Relation).
 
 use std::sync::{Mutex, PoisonError};
 
@@ -85,16 +86,20 @@ pub static QUANTITIES: &[Quantity] = &[
     signed("z_axis", 1e3, 1.0, "axis of the tool"),
     signed("y_axis", 1e3, 1.0, "axis across the tool"),
     // Process.
-    row("depth_stiffness_n_m", [1e3, 1e11], [1e6, 1e9], "stiffness of the material in depth"),
-    row("depth_damping_ns_m", [0.0, 1e10], [0.0, 1e8], "damping of the material in depth"),
-    row("feed_drag_ns_m", [0.0, 1e10], [0.0, 1e7], "drag along the weld"),
-    row("lateral_damping_ns_m", [0.0, 1e10], [0.0, 1e7], "damping across the weld"),
-    row("lateral_stiffness_n_m", [0.0, 1e11], [0.0, 1e9], "stiffness across the weld"),
-    row("memory_length_m", [1e-6, 1.0], [1e-4, 0.1], "travel over which the channel follows"),
-    row("lateral_ratio", [0.0, 100.0], [0.0, 2.0], "transversal force per feed force"),
-    row("reference_force_n", [1.0, 1e7], [100.0, 1e5], "depth force at which drag is stated"),
-    row("spindle_rad_s", [-3200.0, 3200.0], [5.0, 650.0], "speed of the spindle"),
-    row("pin_diameter_m", [1e-5, 0.2], [1e-3, 0.05], "diameter of the pin"),
+    // Of the macroscopic model as published for aluminium: 5e6 to 90e6.
+    row("depth_stiffness_n_m", [1e3, 1e11], [4e6, 1e8], "stiffness of the material in depth"),
+    row("depth_damping_ns_m", [0.0, 1e10], [0.0, 1e7], "damping of the material in depth"),
+    row("feed_drag_ns_m", [0.0, 1e10], [0.0, 4e6], "drag along the weld"),
+    row("lateral_damping_ns_m", [0.0, 1e10], [0.0, 4e6], "damping across the weld"),
+    row("lateral_stiffness_n_m", [0.0, 1e11], [0.0, 5e7], "stiffness across the weld"),
+    // A shoulder radius.
+    row("memory_length_m", [1e-6, 1.0], [1e-3, 0.04], "travel over which the channel follows"),
+    row("lateral_ratio", [0.0, 100.0], [0.0, 1.0], "transversal force per feed force"),
+    row("reference_force_n", [1.0, 1e7], [500.0, 5e4], "depth force at which drag is stated"),
+    // 100 to 4000 turns a minute: a number of these in rad/s is a slip.
+    row("spindle_rad_s", [-3200.0, 3200.0], [10.0, 420.0], "speed of the spindle"),
+    // Pins for plates of 1 to 25 mm.
+    row("pin_diameter_m", [1e-5, 0.2], [1e-3, 0.02], "diameter of the pin"),
     row("order", [1e-3, 1e4], [0.1, 100.0], "periods of a ripple per turn of the spindle"),
     row("axial", [0.0, 1.0], [0.0, 0.5], "relative ripple of the depth force"),
     row("in_plane", [0.0, 1.0], [0.0, 0.5], "relative ripple of the forces in the plane"),
@@ -103,9 +108,11 @@ pub static QUANTITIES: &[Quantity] = &[
     signed("start_m", 1e3, 10.0, "start of the weld"),
     signed("end_m", 1e3, 10.0, "end of the weld"),
     signed("tool_axis", 1e3, 1.0, "direction of the tool"),
-    row("feed_m_s", [1e-6, 1.0], [1e-4, 0.1], "speed along the weld"),
+    // 30 mm/min to 3 m/min.
+    row("feed_m_s", [1e-6, 1.0], [5e-4, 0.05], "speed along the weld"),
     row("feed_ramp_s", [0.0, 1e4], [0.0, 60.0], "time in which the feed rises"),
-    row("force_n", [1.0, 1e7], [100.0, 1e5], "depth force"),
+    // What a robot bears; machines for thick plates push harder.
+    row("force_n", [1.0, 1e7], [500.0, 5e4], "depth force"),
     row("force_ramp_s", [0.0, 1e4], [0.0, 60.0], "time in which the force rises"),
     row("initial_depth_m", [0.0, 0.05], [0.0, 5e-3], "depth of the tool at the start"),
     row("settle_s", [0.0, 1e4], [0.0, 60.0], "time before the force loop closes"),
@@ -176,31 +183,34 @@ pub static QUANTITIES: &[Quantity] = &[
     row("following_along_rad_s", [1e-3, 1e4], [0.01, 500.0], "bandwidth of following"),
     row("following_max_m", [1e-6, 1.0], [1e-5, 0.1], "limit of following"),
     // Options of the command line.
-    row("spindle_rpm", [0.0, 3e4], [50.0, 6000.0], "speed of the spindle"),
+    row("spindle_rpm", [0.0, 3e4], [100.0, 4000.0], "speed of the spindle"),
     row("stiffness_error", [-0.9, 2.0], [0.0, 1.0], "relative error of the stiffness believed in"),
-    // Requirements.
+    // Requirements. A limit beyond what a sound weld can ever be off by is refused: nothing fails it.
     row("failure_probability", [1e-6, 0.999], [1e-4, 0.5], "share of welds that may fail"),
     row("confidence", [0.5, 0.999_999], [0.8, 0.9999], "confidence of a certification"),
-    row("lateral_rms_m", [1e-9, 1.0], [1e-6, 0.02], "limit of the lateral deviation"),
-    row("lateral_max_m", [1e-9, 1.0], [1e-6, 0.02], "limit of the lateral deviation"),
-    row("longitudinal_max_m", [1e-9, 1.0], [1e-5, 0.05], "limit of the deviation along the seam"),
-    row("tilt_max_rad", [1e-9, 1.0], [1e-6, 0.1], "limit of the tilt"),
-    row("depth_max_m", [1e-9, 1.0], [1e-5, 0.05], "limit of the depth"),
-    row("depth_error_max_m", [1e-9, 1.0], [1e-5, 0.05], "limit of the deviation in depth"),
+    // Across and along the seam: half the largest pin, and all of it.
+    row("lateral_rms_m", [1e-9, 0.01], [1e-6, 5e-3], "limit of the lateral deviation"),
+    row("lateral_max_m", [1e-9, 0.01], [1e-6, 5e-3], "limit of the lateral deviation"),
+    row("lateral_before_m", [1e-9, 0.01], [1e-6, 5e-3], "limit of the lateral deviation"),
+    row("longitudinal_max_m", [1e-9, 0.02], [1e-5, 0.01], "limit of the deviation along the seam"),
+    // The thickest plate.
+    row("depth_max_m", [1e-9, 0.025], [1e-5, 5e-3], "limit of the depth"),
+    row("depth_rms_m", [1e-9, 0.025], [1e-6, 5e-3], "limit of the deviation in depth"),
+    row("depth_error_max_m", [1e-9, 0.025], [1e-5, 5e-3], "limit of the deviation in depth"),
+    // Tools are tilted by up to 5°.
+    row("tilt_max_rad", [1e-9, 0.175], [1e-6, 0.0875], "limit of the tilt"),
+    row("tilt_rms_rad", [1e-9, 0.175], [1e-6, 0.0875], "limit of the tilt"),
+    row("side_tilt_rms_rad", [1e-9, 0.175], [1e-6, 0.0875], "limit of the tilt across the seam"),
+    row("travel_angle_rms_rad", [1e-9, 0.175], [1e-6, 0.0875], "limit of the tilt along the seam"),
+    row("push_error_max_n", [1e-3, 5e4], [1.0, 1e4], "limit of the error of the push"),
+    row("push_error_rms_n", [1e-3, 5e4], [1.0, 5e3], "limit of the error of the push"),
+    row("correction_m", [1e-9, 0.2], [1e-5, 0.1], "limit of the correction"),
+    row("correction_rad", [1e-9, 0.5], [1e-5, 0.2], "limit of the correction"),
     row("push_error_mean_n", [1e-3, 1e7], [1.0, 1e4], "limit of the error of the mean push"),
     row("speed_error_share", [1e-6, 1.0], [1e-4, 0.1], "limit of the relative error of the speed"),
     row("torque_share_max", [1e-3, 1.0], [0.1, 1.0], "limit of a drive's torque over what it may give"),
     row("speed_share_max", [1e-3, 1.0], [0.01, 1.0], "limit of a drive's speed over what it may do"),
     row("at_limit_s", [0.0, 1e4], [0.0, 1e3], "time that a drive may stand at a limit"),
-    row("push_error_max_n", [1e-3, 1e7], [1.0, 2e4], "limit of the error of the push"),
-    row("lateral_before_m", [1e-9, 1.0], [1e-6, 0.02], "limit of the lateral deviation"),
-    row("depth_rms_m", [1e-9, 1.0], [1e-6, 0.02], "limit of the deviation in depth"),
-    row("tilt_rms_rad", [1e-9, 1.0], [1e-6, 0.1], "limit of the tilt"),
-    row("side_tilt_rms_rad", [1e-9, 1.0], [1e-6, 0.1], "limit of the tilt across the seam"),
-    row("travel_angle_rms_rad", [1e-9, 1.0], [1e-6, 0.1], "limit of the tilt along the seam"),
-    row("push_error_rms_n", [1e-3, 1e7], [1.0, 1e4], "limit of the error of the push"),
-    row("correction_m", [1e-9, 1.0], [1e-5, 0.2], "limit of the correction"),
-    row("correction_rad", [1e-9, 1.0], [1e-5, 0.2], "limit of the correction"),
     row("gain_margin", [1e-3, 1e6], [1.0, 100.0], "least gain margin"),
     row("phase_margin_rad", [1e-6, 3.2], [1e-3, 2.0], "least phase margin"),
     row("modulus_margin", [1e-6, 1.0], [1e-3, 1.0], "least modulus margin"),
@@ -257,7 +267,7 @@ impl Quantity {
 }
 
 /// A number with an exponent where it would be long without.
-fn short(x: f64) -> String {
+pub(super) fn short(x: f64) -> String {
     if x == 0.0 || (1e-3..1e5).contains(&x.abs()) { format!("{x}") } else { format!("{x:e}") }
 }
 

@@ -1,6 +1,7 @@
 //! The weld to make: `weld/1`, a straight one, and `weld/2`, along any path.
 
-use super::{Bounds, FileKind, InputError, InputFile, Table};
+use super::relation::Relation;
+use super::{Bounds, FileKind, InputError, InputFile, Process, Table};
 use crate::path::{Joined, LEAST_RADIUS, Path, PathError, PathPoint};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::sync::Arc;
@@ -120,6 +121,55 @@ impl RealSeam {
             (path, self.by.linear.norm() + self.by.angular.norm() * reach + wave)
         };
         reach.map(off).fold((0.0, 0.0), |most, at| if at.1 > most.1 { at } else { most })
+    }
+}
+
+/// The value of a relation of a weld and its process.
+type OfWeld = fn(&Weld, &Process) -> f64;
+
+/// Relations of a weld and the process that it is planned with, graded as those of a process.
+pub static RELATIONS: [Relation<OfWeld>; 4] = [
+    Relation {
+        key: "force_n",
+        with: &["reference_force_n"],
+        unit: "",
+        plausible: [0.2, 5.0],
+        meaning: "push over the one at which the process is stated",
+        of: |w, p| w.force / p.reference_force,
+    },
+    // From hot to cold welds.
+    Relation {
+        key: "feed_m_s",
+        with: &["spindle_rad_s"],
+        unit: "mm",
+        plausible: [0.05, 3.0],
+        meaning: "feed per turn of the spindle",
+        of: |w, p| w.feed * std::f64::consts::TAU / p.spindle.abs() * 1e3,
+    },
+    // Measured in friction stir welds: 5 to 60 %.
+    Relation {
+        key: "feed_m_s",
+        with: &["feed_drag_ns_m", "reference_force_n"],
+        unit: "",
+        plausible: [0.03, 1.0],
+        meaning: "drag along the weld over the push",
+        of: |w, p| w.feed * p.feed_drag / p.reference_force,
+    },
+    Relation {
+        key: "initial_depth_m",
+        with: &["depth_stiffness_n_m", "force_n"],
+        unit: "",
+        plausible: [0.0, 3.0],
+        meaning: "push at the start, under position control, over the push of the weld",
+        of: |w, p| w.initial_depth * p.depth_stiffness / w.force,
+    },
+];
+
+/// Warns of implausible relations of a weld and the process that it is planned with. `place`: where
+/// a key of the weld file stands.
+pub fn check_weld(weld: &Weld, process: &Process, place: impl Fn(&str) -> String) {
+    for relation in &RELATIONS {
+        relation.check((relation.of)(weld, process), &place);
     }
 }
 

@@ -18,7 +18,7 @@ pub enum Phase {
     Steady,
     /// Feed falling to zero at the end of the seam.
     Stop,
-    /// At the end of the seam, force still held.
+    /// Standing with the force held: at the end of the seam, and after a step of the force.
     Hold,
 }
 
@@ -31,7 +31,7 @@ impl Phase {
             Phase::FeedRamp => "feed rising",
             Phase::Steady => "steady",
             Phase::Stop => "feed falling",
-            Phase::Hold => "end of the seam",
+            Phase::Hold => "standing, force held",
         }
     }
 }

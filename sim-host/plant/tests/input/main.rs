@@ -380,17 +380,93 @@ fn a_value_that_is_possible_and_not_plausible_is_told_once() {
     let told: Vec<_> = warnings().into_iter().filter(|w| w.starts_with(name)).collect();
     let line = VERTICAL.lines().position(|l| l.starts_with("force_n")).unwrap() + 1;
     let expected = format!(
-        "{name}:{line}:11: `force_n` at the top level is 3e5; plausible are 100 to 1e5 N (depth force)"
+        "{name}:{line}:11: `force_n` at the top level is 3e5; plausible are 500 to 50000 N (depth force)"
     );
     assert_eq!(told, [expected]);
+}
+
+/// What a process and a weld planned with it are warned of, by the name that both have.
+fn warned(process: &str, weld: &str, name: &str) -> Vec<String> {
+    let process = Process::parse(process, name).unwrap();
+    let weld = Weld::parse(weld, name).unwrap();
+    check_weld(&weld, &process, |key| format!("{name}: {key}"));
+    warnings().into_iter().filter(|w| w.starts_with(name)).collect()
+}
+
+#[test]
+fn nothing_off_by_a_factor_of_ten_is_plausible() {
+    const BUTT: &str = include_str!("../../../../fixtures/processes/butt-weld-6061.toml");
+    const KR210: &str = include_str!("../../../../fixtures/welds/kr210.toml");
+    // A ratio and a ripple have no unit to be mistaken, and one that is smaller is another process.
+    let of_process = [
+        "depth_stiffness_n_m",
+        "depth_damping_ns_m",
+        "feed_drag_ns_m",
+        "lateral_damping_ns_m",
+        "lateral_stiffness_n_m",
+        "memory_length_m",
+        "reference_force_n",
+        "spindle_rad_s",
+        "pin_diameter_m",
+    ];
+    let of_weld = ["feed_m_s", "force_n"];
+    let times = |text: &str, key: &str, factor: f64| {
+        let line = text.lines().find(|line| line.starts_with(key)).unwrap();
+        let value = line.split_once('=').unwrap().1.split('#').next().unwrap().trim();
+        let value: f64 = value.parse().unwrap();
+        text.replace(line, &format!("{key} = {:?}", value * factor))
+    };
+    for (cell, process, weld) in [("lap", PROCESS, VERTICAL), ("butt", BUTT, KR210)] {
+        assert_eq!(warned(process, weld, &format!("{cell} as it is.toml")), [""; 0]);
+        for factor in [0.1, 10.0] {
+            let name = |key: &str| format!("{cell}, {key} times {factor}.toml");
+            for key in of_process {
+                assert!(
+                    !warned(&times(process, key, factor), weld, &name(key)).is_empty(),
+                    "{}",
+                    name(key)
+                );
+            }
+            for key in of_weld {
+                assert!(
+                    !warned(process, &times(weld, key, factor), &name(key)).is_empty(),
+                    "{}",
+                    name(key)
+                );
+            }
+        }
+    }
+    // Turns a minute in the place of rad/s.
+    let rpm = times(PROCESS, "spindle_rad_s", 60.0 / std::f64::consts::TAU);
+    let told = warned(&rpm, VERTICAL, "turns a minute.toml");
+    assert!(told.iter().any(|w| w.contains("`spindle_rad_s`")), "{told:?}");
+}
+
+#[test]
+fn numbers_that_do_not_fit_each_other_are_told_at_their_place() {
+    let name = "a drag of another unit.toml";
+    let told = warned(&PROCESS.replace("= 4.0e5 ", "= 4.0e3 "), VERTICAL, name);
+    let line = PROCESS.lines().position(|l| l.starts_with("feed_drag")).unwrap() + 1;
+    let expected = format!(
+        "{name}:{line}:1: `feed_drag_ns_m` does not fit `reference_force_n`: drag along the weld per feed and push is \
+         0.222 s/m; plausible are 3 to 150 s/m"
+    );
+    assert_eq!(told.first(), Some(&expected), "{told:#?}");
 }
 
 #[test]
 fn nothing_in_the_fixtures_is_implausible() {
     RobotFile::read(fixture("robots/kr500-mt.toml")).unwrap();
-    Process::read(fixture("processes/lap-weld-2024-t3.toml")).unwrap();
-    Weld::read(fixture("welds/vertical.toml")).unwrap();
-    Weld::read(fixture("welds/inclined.toml")).unwrap();
+    for (process, welds) in [
+        ("lap-weld-2024-t3", &["vertical", "inclined", "coupon", "panel-stringer"][..]),
+        ("butt-weld-6061", &["kr210"]),
+    ] {
+        let process = Process::read(fixture(&format!("processes/{process}.toml"))).unwrap();
+        for weld in welds.iter().map(|name| fixture(&format!("welds/{name}.toml"))) {
+            let place = |key: &str| format!("{}: {key}", weld.display());
+            check_weld(&Weld::read(&weld).unwrap(), &process, place);
+        }
+    }
     Control::read(fixture("control/kr500-mt.toml")).unwrap();
     Sensors::read(fixture("sensors/kr500-mt.toml")).unwrap();
     for campaign in ["backlash", "nothing-missing", "kr300-measured"] {

@@ -32,6 +32,8 @@ pub struct PublishedStatement {
     pub published: String,
     /// Ours, in words.
     pub ours: String,
+    /// True where the gains were searched for it, so that it confirms nothing of the model.
+    pub tuned: bool,
     /// Whether ours agrees; `null` where nothing measurable is published.
     pub agrees: Option<bool>,
 }
@@ -71,8 +73,8 @@ impl StudyPaperResult {
 }
 
 impl PublishedStatement {
-    fn of(Statement { what, published, ours, agrees }: Statement) -> Self {
-        Self { what, published, ours, agrees }
+    fn of(Statement { what, published, ours, tuned, agrees }: Statement) -> Self {
+        Self { what, published, ours, tuned, agrees }
     }
 }
 

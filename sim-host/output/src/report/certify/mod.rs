@@ -7,8 +7,8 @@ use crate::document::{Block, Cell, Document, Medium, Table, Tone, number, words}
 use crate::json::{BoughtByMeasurement, CertifyResult, DrawnFigure, UncertainRecord};
 use crate::samples::{self, Samples};
 use crate::words::certify::{
-    SIGNED_BY, accepted, distribution, headline, lead, left_out, measured, not_asked,
-    not_explained, of_case, reasons, reported, sensitivity, setting, trend, verdict, verdict_word,
+    SIGNED_BY, accepted, distribution, headline, lead, measured, not_asked, not_explained, of_case,
+    planned, reasons, reported, sensitivity, setting, simulated, trend, verdict, verdict_word,
     weak_point, worst_cell, worst_found,
 };
 use crate::words::requirement::{label, shown};
@@ -18,7 +18,7 @@ use trueweld_evaluate::certify::{
     AcceptedFault, DriveUse, EvidenceKind, FaultTrial, Influence, Sensitivity, Trial, Verdict,
     within, worst,
 };
-use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins};
+use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins, OperatingPoint};
 use trueweld_evaluate::{ReplacedAssumption, UncertainCell, WELD_FIGURES};
 use trueweld_plant::provenance::FileDigest;
 
@@ -45,7 +45,8 @@ impl Report for CertifyReport<'_> {
         }
         for weld in &self.welds {
             let heading = format!("Weld {}", weld.name);
-            document.section(Medium::All, &heading, Block::Table(weld.requirements_table()));
+            document.section(Medium::All, &heading, Block::Note(planned(&weld.planned)));
+            document.push(Block::Table(weld.requirements_table()));
             document.push(Block::Note(worst_found(&weld.evidence)));
             let weak = weld.weak_points.iter().map(weak_point).collect();
             document.section(Medium::All, "Weak, though no limit forbids it", Block::List(weak));
@@ -88,7 +89,11 @@ impl Report for CertifyReport<'_> {
                 "Margins of the sampled loop along the weld, the least over all slopes of friction",
                 Block::Figures(figures::margins(weld)),
             );
-            document.push_on(Medium::Page, Block::Table(weld.margins_table()));
+            for (ends, of_drives) in [("corrections and push", false), ("the drives", true)] {
+                let heading = format!("Margins of {ends}");
+                let table = Block::Table(weld.margins_table(of_drives));
+                document.section(Medium::Page, &heading, table);
+            }
             document.section(
                 Medium::Page,
                 "Drives in the steady part, as shares of what each may give",
@@ -120,13 +125,18 @@ impl Report for CertifyReport<'_> {
             "Assumed in the requirements, and measured: the measurement stands",
             Block::Table(replaced(self.uncertain)),
         );
-        let not_shown = std::iter::once(left_out(self.uncertain.left_out()));
-        let not_shown = not_shown.chain(not_asked(self)).collect();
+        let not_shown = simulated(self).into_iter().chain(not_asked(self)).collect();
         let heading = "What this certificate does not show";
         document.section(Medium::Page, heading, Block::List(not_shown));
         document.section(Medium::Page, "To repeat it", Block::Note(self.repeat.clone()));
         document.push_on(Medium::Page, Block::Table(self.kept_table()));
         document.section(Medium::Page, "Signed", Block::Table(signed()));
+        let known = condensed(self.uncertain.left_out());
+        document.section(
+            Medium::Page,
+            "Appendix: taken as known, and not drawn",
+            Block::Note(known),
+        );
         document
     }
 }
@@ -365,37 +375,39 @@ impl CertifiedWeld {
         Table { head: vec![head.map(number).to_vec()], rows }
     }
 
-    /// One row for every operating point and cell, with the least over the slopes of friction.
-    fn margins_table(&self) -> Table {
-        let heads = ["path", "push, kN", "feed, mm/s", "cell", "friction", "spectral radius"];
+    /// One row for every operating point and cell, with the least over the slopes of friction. Of
+    /// corrections and push, or of the drives: all in one row are more than a page is wide.
+    fn margins_table(&self, of_drives: bool) -> Table {
+        let figures: Vec<_> = MARGIN_FIGURES
+            .iter()
+            .filter(|of| of.figure.key.starts_with("drive_") == of_drives)
+            // Those of the drives at work are the drives' under one of the slopes.
+            .filter(|of| !of.figure.key.contains("at_speed"))
+            .collect();
+        let heads = ["path, push and feed", "cell", "friction", "spectral radius"];
         let names = heads.map(words).into_iter();
-        // Those of the drives at work are the drives' under one of the slopes.
-        let figures = || MARGIN_FIGURES.iter().filter(|of| !of.figure.key.contains("at_speed"));
-        let names = names.chain(figures().map(|of| number(of.figure.label)));
-        let limits = figures().map(|of| {
+        let names = names.chain(figures.iter().map(|of| number(of.figure.label)));
+        let limits = figures.iter().map(|of| {
             let limit = self.limit(EvidenceKind::Margins, of.figure.key);
             number(limit.map_or(String::new(), |limit| shown(of.figure.key, limit)))
         });
-        let limits =
-            ["limit", "", "", "", "", "1"].map(words).into_iter().chain(limits).collect::<Vec<_>>();
+        let limits = ["limit", "", "", "1"].map(words).into_iter().chain(limits).collect();
         let row = |slopes: &[Margins]| -> Vec<Cell> {
             let of = slopes[0].of;
-            let modulus = |at: &Margins| {
-                at.channels.map_or(0.0, |all| all.iter().map(|m| m.modulus).fold(1.0, f64::min))
-            };
+            let modulus = figures.iter().find(|of| of.figure.key.ends_with("modulus_margin"));
+            let modulus = |at: &Margins| modulus.map_or(0.0, |of| (of.value)(at).0);
             let least = slopes.iter().min_by(|a, b| modulus(a).total_cmp(&modulus(b)));
             let largest = slopes.iter().map(|at| at.spectral_radius).fold(0.0, f64::max);
             let held = slopes.iter().any(|at| at.held);
             let radius = if held { "at a limit".to_owned() } else { fixed(largest, 4) };
+            let OperatingPoint { path, push, feed, .. } = of.at;
             let first = [
-                words(format!("{:.2} m", of.at.path)),
-                number(fixed(of.at.push / 1e3, 1)),
-                number(fixed(of.at.feed * 1e3, 0)),
+                words(format!("{path:.2} m, {:.1} kN, {:.0} mm/s", push / 1e3, feed * 1e3)),
                 words(of.draw.map_or("nominal".to_owned(), |index| format!("drawn {index}"))),
                 words(least.map_or("", |at| at.of.friction.name())),
                 number(radius).bad(slopes.iter().any(|at| at.channels.is_none())),
             ];
-            let margins = figures().map(|of| {
+            let margins = figures.iter().map(|of| {
                 let name = of.figure.key;
                 let each = slopes.iter().map(|at| (of.value)(at).0);
                 let least = each.fold(f64::INFINITY, f64::min);

@@ -46,10 +46,11 @@ fn published(report: &StudyPaperReport<'_>) -> Table {
             words(of.what),
             words(of.published),
             words(of.ours),
+            words(if of.tuned { "tuned" } else { "" }).tone(Tone::Aside),
             words(agrees).bad(of.agrees == Some(false)),
         ]
     };
-    let head = ["", "published", "here", "agrees"].map(words);
+    let head = ["", "published", "here", "", "agrees"].map(words);
     Table { head: vec![head.to_vec()], rows: statements(report).into_iter().map(row).collect() }
 }
 

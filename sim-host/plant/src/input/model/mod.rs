@@ -234,9 +234,34 @@ fn effect(table: &Table<'_>, robot: &RobotFile) -> Result<ModelEffect, InputErro
     let id = table.name("id")?;
     let table = &table.clone().called(&id);
     let scope = scope(table)?;
-    let (kind, values) = match effects::EffectKind::of(&id) {
-        Some(kind) => (kind, library_values(table, kind, scope)?),
-        None if table.has("port") || table.has("expression") => own(table, id, scope)?,
+    let place = |kind: &EffectKind| {
+        let written = if table.has("at") { table.text("at")?.text } else { "" };
+        kind.at(written, robot).map_err(|error| {
+            let expected = if let EffectError::LocationKind { expected, .. } = error {
+                expected
+            } else {
+                error.to_string()
+            };
+            table.wrong("at", &expected, format!("Expected {expected}."))
+        })
+    };
+    let (kind, at, values) = match effects::EffectKind::of(&id) {
+        Some(kind) => {
+            let names = kind.parameters.iter().map(|p| p.name);
+            table.only(&["id", "at", "scope"].into_iter().chain(names).collect::<Vec<_>>())?;
+            let at = place(kind)?;
+            (
+                kind,
+                at,
+                library_values(table, kind, scope, |k| {
+                    kind.range(k, at, robot.robot.parameters())
+                })?,
+            )
+        }
+        None if table.has("port") || table.has("expression") => {
+            let (kind, values) = own(table, id, scope)?;
+            (kind, place(kind)?, values)
+        }
         None => {
             let guess =
                 nearest(&id, library().map(|k| k.id)).map(|n| format!("Did you mean `{n}`? "));
@@ -252,15 +277,6 @@ fn effect(table: &Table<'_>, robot: &RobotFile) -> Result<ModelEffect, InputErro
             ));
         }
     };
-    let written = if table.has("at") { table.text("at")?.text } else { "" };
-    let at = kind.at(written, robot).map_err(|error| {
-        let expected = if let EffectError::LocationKind { expected, .. } = error {
-            expected
-        } else {
-            error.to_string()
-        };
-        table.wrong("at", &expected, format!("Expected {expected}."))
-    })?;
     Ok(ModelEffect { effect: Effect { kind, at, values }, scope })
 }
 
@@ -302,16 +318,14 @@ fn library_values(
     table: &Table<'_>,
     kind: &effects::EffectKind,
     scope: Scope,
+    range: impl Fn(usize) -> [f64; 2],
 ) -> Result<Vec<f64>, InputError> {
-    let mut known = vec!["id", "at", "scope"];
-    known.extend(kind.parameters.iter().map(|p| p.name));
-    table.only(&known)?;
-    let value = |p: &effects::Parameter| {
-        let range =
-            if p.role == Role::Phase { Bounds::Any } else { Bounds::Between(p.low, p.high) };
-        value_or_start(table, p.name, scope, p.neutral(), range)
+    let value = |(k, p): (usize, &effects::Parameter)| {
+        let [low, high] = range(k);
+        let bounds = if p.role == Role::Phase { Bounds::Any } else { Bounds::Between(low, high) };
+        value_or_start(table, p.name, scope, p.neutral(), bounds)
     };
-    kind.parameters.iter().map(value).collect()
+    kind.parameters.iter().enumerate().map(value).collect()
 }
 
 /// A parameter's value; where each log has its own, it may be left to where a fit starts.
