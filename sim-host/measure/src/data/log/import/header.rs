@@ -51,9 +51,13 @@ impl NamedColumns {
                 counts_from_zero(&readings, &family).unwrap_or(of_axes && file_from_zero);
             let set = full_set(&readings, &family);
             let first = quaternion(raw, &readings, &family);
+            // Seven axes, of which none is known to be the first.
+            let seven = has_number(&readings, &family, 0) && has_number(&readings, &family, JOINTS);
             for k in family {
                 let Some(reading) = &readings[k] else { continue };
-                claims[k] = claim(reading, from_zero, set, first);
+                if !seven || reading.no_channel.is_some() {
+                    claims[k] = claim(reading, from_zero, set, first);
+                }
             }
         }
         for (k, header) in raw.names.iter().enumerate() {
@@ -103,14 +107,15 @@ fn families(readings: &[Option<Reading>]) -> Vec<Vec<usize>> {
 
 /// True where a family counts axes from 0; `None` where it may do either.
 fn counts_from_zero(readings: &[Option<Reading>], family: &[usize]) -> Option<bool> {
-    let has = |wanted: usize| {
-        family.iter().any(|k| readings[*k].as_ref().is_some_and(|r| r.number == Some(wanted)))
-    };
-    match (has(0), has(JOINTS)) {
-        (true, _) => Some(true),
-        (false, true) => Some(false),
-        (false, false) => None,
+    match [0, JOINTS].map(|number| has_number(readings, family, number)) {
+        [true, _] => Some(true),
+        [false, true] => Some(false),
+        [false, false] => None,
     }
+}
+
+fn has_number(readings: &[Option<Reading>], family: &[usize], number: usize) -> bool {
+    family.iter().any(|k| readings[*k].as_ref().is_some_and(|r| r.number == Some(number)))
 }
 
 /// The set of names that a family has every name of, once.
@@ -306,8 +311,12 @@ impl NamedColumns {
             2 * up > values.len()
         };
         let headed = raw.entry.dialect.header > 0 || !raw.text;
-        if !headed && raw.rows > 2 && self.claims[0] == Err(LeftOut::Unknown) && rises(0) {
-            self.claims[0] = Ok(Claim { ground: Ground::Rises, ..Claim::plain(TIME, None) });
+        if let Some(first) = self.claims.first_mut()
+            && *first == Err(LeftOut::Unknown)
+            && (!headed && raw.rows > 2 && rises(0))
+        {
+            let unit = raw.units[0];
+            *first = Ok(Claim { ground: Ground::Rises, ..Claim::plain(TIME, unit) });
         }
         let is_time =
             |claim: &Result<Claim, LeftOut>| claim.as_ref().is_ok_and(|c| c.column == TIME);
@@ -426,10 +435,9 @@ impl Claim {
         }
     }
 
-    /// Which of two claims stands: a torque before a current, what was measured before the rest, and
-    /// of forms of a rotation the one that needs no convention.
-    fn rank(&self) -> (bool, Role, bool) {
-        (!self.amperes, self.role, QUATERNION.contains(&self.column))
+    /// Which of two claims stands: a torque before a current, what was measured before the rest.
+    fn rank(&self) -> (bool, Role) {
+        (!self.amperes, self.role)
     }
 
     /// True where a log has room for one of two.
@@ -477,17 +485,16 @@ pub(super) fn settle(named: &mut [NamedColumns], raws: &[Raw]) {
                 continue;
             }
             let header = || raws[*other_file].names[*other_k].clone();
+            // Of forms of one rotation the quaternion, which needs no convention, else the first.
+            let form = |claim: &Claim| u8::from(!QUATERNION.contains(&claim.column));
             let forms = file == other_file && claim.column != other.column;
+            let first = |same: bool| same && (form(claim), i) < (form(other), j);
+            let is_same = forms || same((*file, *k), (*other_file, *other_k));
             let verdict = match claim.rank().cmp(&other.rank()) {
-                Ordering::Less => LeftOut::Twice(header()),
                 Ordering::Greater => continue,
-                Ordering::Equal if forms || same((*file, *k), (*other_file, *other_k)) => {
-                    if i < j {
-                        continue;
-                    }
-                    LeftOut::Twice(header())
-                }
-                Ordering::Equal => LeftOut::Rival(header()),
+                Ordering::Equal if first(is_same) => continue,
+                Ordering::Equal if !is_same => LeftOut::Rival(header()),
+                _ => LeftOut::Twice(header()),
             };
             verdicts[i].get_or_insert(verdict);
         }
@@ -709,6 +716,9 @@ mod tests {
         assert_eq!(channels(&["X [mm]", "Y [mm]"]), ["Incomplete", "Incomplete"]);
         // An angular speed under the name of an angle.
         assert_eq!(channels(&["A1 [deg/s]"]), ["OtherUnit(\"deg/s\")"]);
+        // Seven axes.
+        let seven: Vec<String> = (0..=JOINTS).map(|n| format!("q[{n}]")).collect();
+        are_read_as(&seven, &["Unknown"; JOINTS + 1]);
         let pose = channels(&["X", "Y", "Z", "W", "P", "R"]);
         assert!(pose.iter().all(|told| told == "Computed"), "FANUC: {pose:?}");
     }

@@ -108,7 +108,7 @@ impl Draft {
     }
 }
 
-/// Leaves out poses in files with encoders that agree with them and a rigid robot: each is tried as if
+/// Leaves out poses at the times of the encoders that agree with them and a rigid robot: each is tried as if
 /// it were the tracker's.
 fn leave_out_rigid(
     named: &mut [NamedColumns],
@@ -116,22 +116,29 @@ fn leave_out_rigid(
     robot: &RobotFile,
     kind: Option<LogKind>,
 ) {
-    for file in 0..named.len() {
-        for family in named[file].positions() {
-            let mut tried = named.to_vec();
-            for (other, columns) in tried.iter_mut().enumerate() {
-                columns.keep_position(Some(family.as_str()).filter(|_| other == file));
-            }
-            header::settle(&mut tried, raws);
-            let Draft { mut columns, mut files, kind, .. } =
-                Draft::new(&tried, raws, Some(robot), kind);
-            signs::motion(&mut columns, &mut files, raws, robot, kind);
-            let Some(own) = file_of(&columns, ENCODER) else { return };
-            let own = raw::track(&columns, raws, own);
-            if let Some(found) = computed::rigid(&own, &raw::track(&columns, raws, file), robot) {
-                named[file].leave_out_pose(&family, &LeftOut::Rigid(found));
-            }
+    let draft = |kept: Option<(usize, &str)>| {
+        let mut tried = named.to_vec();
+        for (file, columns) in tried.iter_mut().enumerate() {
+            let family = kept.filter(|(of, _)| *of == file).map(|(_, family)| family);
+            columns.keep_position(family);
         }
+        header::settle(&mut tried, raws);
+        Draft::new(&tried, raws, Some(robot), kind)
+    };
+    let without = draft(None);
+    let Some(own) = file_of(&without.columns, ENCODER) else { return };
+    let time = |file: usize| series(&without.columns, raws, Some(file), TIME);
+    let mut found = Vec::new();
+    for file in (0..named.len()).filter(|file| *file == own || time(*file) == time(own)) {
+        for family in named[file].positions() {
+            let Draft { mut columns, mut files, kind, .. } = draft(Some((file, family.as_str())));
+            signs::motion(&mut columns, &mut files, raws, robot, kind);
+            let [own, seen] = [own, file].map(|file| raw::track(&columns, raws, file));
+            found.extend(computed::rigid(&own, &seen, robot).map(|rigid| (file, family, rigid)));
+        }
+    }
+    for (file, family, rigid) in found {
+        named[file].leave_out_pose(&family, &LeftOut::Rigid(rigid));
     }
 }
 

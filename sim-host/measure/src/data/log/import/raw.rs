@@ -74,14 +74,19 @@ pub(super) fn read(mut entry: FileEntry) -> Result<Raw, InputError> {
         }
     }
     let unit = |column: usize| sniffed.units.get(column).and_then(|text| unit_named(text));
-    let units = (0..names.len()).map(unit).collect();
+    let mut units: Vec<Option<&'static Unit>> = (0..names.len()).map(unit).collect();
     let mut values: Vec<Option<Vec<f64>>> = vec![Some(Vec::new()); names.len()];
     let mut decimals = vec![0; names.len()];
     let mut count = 0;
     while count < LOOKED_AT && rows.advance()? {
         for (column, values) in values.iter_mut().enumerate() {
             if let Some(values) = values {
-                let value = rows.value(column).or_else(|| rows.time(column));
+                let mut value = rows.value(column);
+                if value.is_none() {
+                    // A time of day is read in seconds.
+                    value = rows.time(column);
+                    units[column] = value.and(unit_named("s")).or(units[column]);
+                }
                 values.push(value.unwrap_or(f64::NAN));
             }
         }
@@ -218,9 +223,10 @@ impl Sniffed {
             self.read_comment(above, &first_row);
             return;
         };
-        let is_unit = |field: &String| field.is_empty() || unit_named(field).is_some();
+        let filled = fields.iter().filter(|field| !field.is_empty());
+        let units = filled.clone().filter(|field| unit_named(field).is_some()).count();
         self.dialect.header = line + 1;
-        if fields.iter().all(is_unit)
+        if 2 * units > filled.count()
             && let Some((names, _)) = named.next().filter(|(names, _)| names + 1 == line)
         {
             (self.dialect.header, self.units) = (names + 1, fields);
