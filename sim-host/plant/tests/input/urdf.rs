@@ -394,7 +394,7 @@ fn a_tool_frame_whose_z_is_square_to_the_last_axis_is_not_taken_silently() {
     };
     // The last axis is x of the base.
     let (square, along) =
-        (frame("ee_link", "0 0 1.5707963268"), frame("tool0", "0 1.5707963268 0"));
+        (frame("ee_link", "0 0 1.5707963267948966"), frame("tool0", "0 1.5707963267948966 0"));
     let both = of(&format!("{square}{along}"));
     assert!(both.contains("z_axis = [1.0, 0.0, 0.0]"), "{both}");
     assert!(both.contains("the URDF's tool0. Its ee_link is passed over"), "{both}");
