@@ -8,9 +8,11 @@ use nalgebra::Vector3;
 use raw_files::{PLACES, PoseForm, raw};
 use std::fs;
 use std::path::{Path, PathBuf};
+use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
+use trueweld_core::{JointVector, Pose};
 use trueweld_measure::align::align_clocks;
 use trueweld_measure::data::campaign::read_logs;
-use trueweld_measure::data::log::import::{LeftOut, propose};
+use trueweld_measure::data::log::import::{Doubt, LeftOut, Proposal, ProposedColumn, propose};
 use trueweld_measure::data::log::{Level, Log, LogKind};
 use trueweld_measure::diagnose::{FittedEffect, diagnose};
 use trueweld_measure::fit::FitProblem;
@@ -227,4 +229,198 @@ fn the_mapping_of_two_instruments_is_proposed() {
     assert_eq!(found.files[1].clock.as_deref(), Some("tracker"));
     // To less than a row of either.
     assert!((clock.map.offset - 512.345_678).abs() < 2e-3, "{clock:?}");
+}
+
+/// A motion of six axes in degrees, a row every 4 ms: what the header names does not matter to it.
+fn motion(header: &str, delimiter: char, row: impl Fn(usize) -> Vec<f64>) -> String {
+    let mut text = header.to_owned();
+    for k in 0..60 {
+        let fields: Vec<String> = row(k).iter().map(|value| format!("{value:.5}")).collect();
+        text += "\n";
+        text += &fields.join(&delimiter.to_string());
+    }
+    text
+}
+
+fn axes(k: usize) -> Vec<f64> {
+    (0..6).map(|i| 20.0 * (0.05 * k as f64 + f64::from(i)).sin()).collect()
+}
+
+/// What files of these texts are proposed to be: header, channel or why it is none, unit.
+fn proposed(texts: &[(&str, &str)]) -> (Proposal, Vec<(String, String, &'static str)>) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |(name, text): &(&str, &str)| {
+        let path = folder.path().join(name);
+        fs::write(&path, text).expect("a file");
+        path
+    };
+    let files: Vec<PathBuf> = texts.iter().map(write).collect();
+    let found = propose(&files, None, None).expect("a proposal");
+    let columns = found.columns.iter().map(|column| match &column.mapping {
+        Ok(mapping) => (column.header.clone(), mapping.channel().to_owned(), mapping.unit),
+        Err(why) => (column.header.clone(), format!("{why:?}"), ""),
+    });
+    let columns = columns.collect();
+    (found, columns)
+}
+
+#[test]
+fn a_row_of_units_below_the_header_is_the_unit_of_each_column() {
+    let row = |k: usize| {
+        let load = [0.0, 0.5 * k as f64, 18.0 + 0.01 * k as f64];
+        [vec![0.004 * k as f64], axes(k).iter().map(|a| 0.1 * a).collect(), load.to_vec()].concat()
+    };
+    let header = "t;A1;A2;A3;A4;A5;A6;Fx;Fy;Fz\ns;deg;deg;deg;deg;deg;deg;N;N;kN";
+    let (_, columns) = proposed(&[("a.csv", &motion(header, ';', row))]);
+    let units: Vec<&str> = columns.iter().map(|(_, _, unit)| *unit).collect();
+    assert_eq!(units, ["s", "deg", "deg", "deg", "deg", "deg", "deg", "N", "N", "kN"]);
+}
+
+#[test]
+fn times_since_1970_are_in_the_unit_that_their_size_says() {
+    for (factor, unit) in [(1.0, "s"), (1e3, "ms"), (1e6, "us"), (1e9, "ns")] {
+        // A row a second, by which alone milliseconds would be microseconds.
+        let row = |k: usize| [vec![factor * (1.7e9 + k as f64)], axes(k)].concat();
+        let (_, columns) = proposed(&[("a.csv", &motion("time,A1,A2,A3,A4,A5,A6", ',', row))]);
+        assert_eq!((columns[0].1.as_str(), columns[0].2), ("t", unit));
+    }
+}
+
+#[test]
+fn a_file_without_a_time_asks_for_its_period() {
+    let (found, _) = proposed(&[("a.csv", &motion("A1,A2,A3,A4,A5,A6", ',', axes))]);
+    assert!(found.period_open && !found.missing.contains(&"t"), "{:?}", found.missing);
+}
+
+/// An export with comments, names in the first columns and no header.
+#[test]
+fn the_names_in_a_comment_are_offered_for_the_columns_with_decimals() {
+    let mut text =
+        "// Points Relative to Frame 'A::WORLD'\n// AXES = CARTESIAN: X,  Y,  Z (mm)\n".to_owned();
+    for k in 0..20 {
+        text +=
+            &format!("Group,  P1,  {k},  2255.5{k:02},  -2602.98,  -275.08,  02/12/25 16:52:45\n");
+    }
+    let (found, columns) = proposed(&[("a.txt", &text)]);
+    let channels: Vec<(&str, &str)> =
+        columns[3..6].iter().map(|(_, channel, unit)| (channel.as_str(), *unit)).collect();
+    assert_eq!(channels, [("px", "mm"), ("py", "mm"), ("pz", "mm")]);
+    assert!(found.columns[3..6].iter().all(|c| c.doubts.contains(&Doubt::Channel)));
+    assert_eq!((found.files[0].header, found.files[0].first_row, found.files[0].rows), (0, 3, 20));
+}
+
+#[test]
+fn files_of_other_programs_are_named_with_how_to_convert_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (bytes, what, help) in [
+        (&b"#ROSBAG V2.0\nE\0\0\0"[..], "a bag of ROS 1", "rostopic echo"),
+        (b"SQLite format 3\0", "SQLite", "ros2 bag convert"),
+        (b"PK\x03\x04\x14\0", ".xlsx", "CSV"),
+        (b"\x1f\x8b\x08\0", "gzip", "gunzip"),
+        (b"MATLAB 5.0 MAT-file", "MAT file", "writematrix"),
+        (b"\x93NUMPY\x01\0", "NumPy", "savetxt"),
+        (b"{\"a\": [1, 2]}", "JSON", "CSV"),
+        (b"ab\0\x01\x02cd", "binary data", "text"),
+    ] {
+        let path = folder.path().join("file");
+        fs::write(&path, bytes).expect("a file");
+        let error = propose(&[path], None, None).map(drop).expect_err(what);
+        assert!(error.message().contains(what) && error.help_text().contains(help), "{error}");
+        let told = error.to_string();
+        assert!(told.chars().all(|c| !c.is_control() || c == '\n'), "{told:?}");
+    }
+}
+
+/// A pose as the controller has it: by the encoders, written to the digits of its file. `base` and
+/// `tool`: its own, where they are not the robot file's.
+fn by_the_encoders(clean: &Path, base: &Pose<f64>, tool: &Pose<f64>, digits: usize) -> String {
+    let robot = RobotFile::read(clean.join("../robot.toml")).expect("a robot");
+    let text = fs::read_to_string(clean.join("samples.csv")).expect("samples");
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let place = |name: &str| header.iter().position(|h| *h == name).expect("a column");
+    let (first, seen) = (place("qe1_rad"), place("px_m"));
+    let mut all = vec![header.join(",")];
+    for line in lines {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        let q = JointVector::from_fn(|i, _| fields[first + i].parse().expect("an angle"));
+        let pose = *base * robot.robot.forward_kinematics(&q) * *tool;
+        let vector = rotation_vector(&pose.rotation);
+        for (k, value) in pose.position.iter().chain(&vector).enumerate() {
+            fields[seen + k] = format!("{value:.digits$}");
+        }
+        all.push(fields.join(","));
+    }
+    all.join("\n")
+}
+
+#[test]
+fn a_pose_that_the_controller_computed_is_no_measured_one() {
+    let clean = fixture("campaigns/backlash/free");
+    let toml = fs::read_to_string(clean.join("log.toml")).expect("log.toml");
+    let (none, away) = (
+        Pose::identity(),
+        Pose {
+            rotation: rotation_from_vector(&Vector3::new(0.3, -0.2, 1.4)),
+            position: Vector3::new(1.2, -0.4, 0.3),
+        },
+    );
+    let read = |text: &str| Log::parse(&toml, text.as_bytes(), &clean);
+    for (base, tool) in [(none, none), (away, away)] {
+        let error = read(&by_the_encoders(&clean, &base, &tool, 7)).map(drop).expect_err("a pose");
+        let told = error.to_string();
+        assert!(told.contains("`px_m`, `py_m`, `pz_m` agree with the encoders"), "{told}");
+        assert!(told.contains("gravity bends the arm"), "{told}");
+    }
+    // A rotation of the controller beside the position of a tracker.
+    let computed = by_the_encoders(&clean, &away, &none, 7);
+    let measured = fs::read_to_string(clean.join("samples.csv")).expect("samples");
+    let mixed: Vec<String> = computed
+        .lines()
+        .zip(measured.lines())
+        .map(|(a, b)| {
+            let (mut a, b): (Vec<&str>, Vec<&str>) =
+                (a.split(',').collect(), b.split(',').collect());
+            let header: Vec<&str> = measured.lines().next().expect("a header").split(',').collect();
+            let seen = header.iter().position(|h| *h == "px_m").expect("a column");
+            a[seen..seen + 3].copy_from_slice(&b[seen..seen + 3]);
+            a.join(",")
+        })
+        .collect();
+    let told = read(&mixed.join("\n")).map(drop).expect_err("a rotation").to_string();
+    assert!(told.contains("`rx_rad`, `ry_rad`, `rz_rad` agree with the encoders"), "{told}");
+    // Written to centimetres, by which no arm bends, the numbers tell nothing.
+    assert!(read(&by_the_encoders(&clean, &none, &none, 2)).is_ok());
+}
+
+/// Beside a tracker's file, and under a name that says nothing.
+#[test]
+fn the_controllers_pose_gives_way_to_the_trackers() {
+    let robot = RobotFile::read(fixture("campaigns/backlash/robot.toml")).expect("a robot");
+    let text = fs::read_to_string(fixture("raw/krc.csv")).expect("a file");
+    let mut lines = text.lines();
+    let mut all = vec![format!("{};X [mm];Y [mm];Z [mm]", lines.next().expect("a header"))];
+    for line in lines {
+        let angles: Vec<f64> = line
+            .split(';')
+            .skip(1)
+            .take(6)
+            .map(|field| field.replace(',', ".").parse::<f64>().expect("a number").to_radians())
+            .collect();
+        let q = JointVector::from_fn(|i, _| if i == 3 { -angles[i] } else { angles[i] });
+        let at = robot.robot.forward_kinematics(&q).position * 1e3;
+        let at: Vec<String> = at.iter().map(|v| format!("{v:.4}").replace('.', ",")).collect();
+        all.push(format!("{line};{}", at.join(";")));
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("krc.csv");
+    fs::write(&path, all.join("\n")).expect("a file");
+    let found =
+        propose(&[path, fixture("raw/tracker.txt")], Some(&robot), None).expect("a proposal");
+    let of = |file: usize| {
+        let position = |c: &&ProposedColumn| c.file == file && c.header.ends_with("[mm]");
+        found.columns.iter().filter(position).collect::<Vec<_>>()
+    };
+    assert!(of(0).iter().all(|c| matches!(c.mapping, Err(LeftOut::Rigid(_)))), "{:?}", of(0));
+    assert!(of(1).iter().all(|c| c.mapping.is_ok()), "{:?}", of(1));
 }

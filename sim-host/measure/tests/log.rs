@@ -259,14 +259,13 @@ fn another_unit_or_spelling_is_not_lost() {
 #[test]
 fn a_value_that_is_no_number_is_shown() {
     refused(free(changed("-2682.8", "lost")), "3:43", &["`tm2_nm` is `lost`", "a number in N·m"]);
-    for text in ["nan", "NaN", "inf", "-Infinity", "1e999"] {
+    for text in ["inf", "-Infinity", "1e999"] {
         refused(
             free(changed("-2682.8", text)),
             "3:43",
             &[text, "a finite number in N·m", "leave the field empty"],
         );
     }
-    refused(free(changed("-2682.8", "n/a")), "3:43", &["`n/a`", "a number or an empty field"]);
     refused(
         free(changed("-2682.8", "\"-2682,8\"")),
         "3:43",
@@ -291,6 +290,16 @@ fn a_value_that_is_no_number_is_shown() {
     refused(free(text), "3:7", &["`qe1_rad` is `µ`"]);
     let text = FREE.replace('\n', "\n\n").replacen("-2682.8", "lost", 1);
     refused(free(text), "5:43", &["`lost`"]);
+}
+
+#[test]
+fn what_programs_write_for_no_value_is_a_missing_one() {
+    for text in ["", "nan", "NaN", "NULL", "none", "n/a", "-"] {
+        let log = free(changed("-2682.8", text)).unwrap();
+        let torque = log.samples.motor_torque[1].as_ref().unwrap();
+        assert!(torque[1].is_nan() && torque[0].is_finite(), "{text}");
+    }
+    refused(free(changed("0.008,", "nan,")), "4:1", &["`t_s` is missing"]);
 }
 
 #[test]
@@ -343,6 +352,43 @@ fn uneven_rows_and_empty_files_are_named() {
     refused(free(format!("{HEADER}\n\n")), "", &["no row after the header"]);
     refused(free(&FREE[..FREE.find("0.004").unwrap()]), "", &["there is 1 row", "at least 2"]);
     refused(free(vec![b'x'; 3 << 20]), "1:1", &["longer than 1048576 bytes"]);
+}
+
+/// All values of a log; one that is missing equals another.
+fn values(log: &Log) -> String {
+    format!("{:?}", log.samples)
+}
+
+#[test]
+fn a_row_that_is_written_twice_counts_once() {
+    let second = FREE.lines().nth(2).unwrap();
+    let twice = FREE.replace(second, &format!("{second}\n{second}"));
+    let log = free(&twice).unwrap();
+    assert_eq!(values(&log), values(&free(FREE).unwrap()));
+    assert_eq!(log.notices, [LogNotice::RowsRepeated(1)]);
+}
+
+#[test]
+fn times_of_day_and_a_stated_period_are_times() {
+    let expected = free(FREE).unwrap();
+    let of = |from: &str, to: &str| FREE.replace(from, to);
+    for text in [of("\n0.00", "\n10:57:00.00"), of("\n0.00", "\n2024-05-17T10:57:00.00")] {
+        let log = free(text).unwrap();
+        let passed = |log: &Log| log.samples.time.iter().map(|t| t - log.samples.time[0]).collect();
+        let (now, then): (Vec<f64>, Vec<f64>) = (passed(&log), passed(&expected));
+        // What a double holds of seconds since 1970.
+        assert!(now.iter().zip(&then).all(|(a, b)| (a - b).abs() < 1e-6), "{now:?}");
+    }
+    let (header, rows) = FREE.split_once('\n').unwrap();
+    let untimed = |line: &str| format!("{}\n", line.split_once(',').unwrap().1);
+    let text: String = std::iter::once(header).chain(rows.lines()).map(untimed).collect();
+    // Of files as instruments write them; a plain log has a time.
+    let mapped = "[columns]\n\"tm2_nm\" = { channel = \"tm2\", unit = \"Nm\" }\n";
+    let toml = |period: &str| log_toml("free-motion", &format!("{period}{mapped}"));
+    let stated = parse(&toml("period_s = 0.004\n"), &text).unwrap();
+    assert_eq!(values(&stated), values(&expected));
+    assert!(parse(&toml(""), &text).is_err());
+    refused(free(&text), "1:1", &["missing column `t_s`"]);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! What `import-log` proposes.
 
 use crate::ImportReport;
+use crate::words::import::left_out;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trueweld_measure::data::log::channel_name;
@@ -19,6 +20,8 @@ pub struct ImportResult {
     pub kind: String,
     /// Whether only this kind fits, or it was given.
     pub kind_sure: bool,
+    /// Whether no column is the time of the encoders, so that the period of the rows is to be stated.
+    pub period_open: bool,
     /// Channels that the kind needs and no column is.
     pub missing: Vec<String>,
     /// The files.
@@ -59,8 +62,10 @@ pub struct ImportedColumn {
     pub unit: Option<String>,
     /// What values are multiplied by.
     pub factor: Option<f64>,
-    /// What is only a guess: unit, sign, factor.
+    /// What is only a guess: channel, unit, sign, factor.
     pub doubts: Vec<String>,
+    /// Why it is left out; null where it is mapped.
+    pub left_out: Option<String>,
 }
 
 impl ImportResult {
@@ -79,6 +84,7 @@ impl ImportResult {
             }
         };
         let doubt = |doubt: &Doubt| match doubt {
+            Doubt::Channel => "channel".to_owned(),
             Doubt::Unit | Doubt::Scale => "unit".to_owned(),
             Doubt::Sign => "sign".to_owned(),
             Doubt::Factor => "factor".to_owned(),
@@ -93,6 +99,7 @@ impl ImportResult {
                 unit: mapping.map(|m| m.unit.to_owned()),
                 factor: mapping.map(|m| m.factor),
                 doubts: doubts.map(doubt).collect(),
+                left_out: column.mapping.as_ref().err().map(left_out),
             }
         };
         Self {
@@ -100,6 +107,7 @@ impl ImportResult {
             out: report.out.display().to_string(),
             kind: proposal.kind.name().to_owned(),
             kind_sure: proposal.kind_sure,
+            period_open: proposal.period_open,
             missing: proposal.missing.iter().map(|name| (*name).to_owned()).collect(),
             files: (0..proposal.files.len()).map(file).collect(),
             columns: proposal.columns.iter().map(column).collect(),

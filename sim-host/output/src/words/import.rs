@@ -1,6 +1,6 @@
 //! What is said of files of unknown make, and the `log.toml` that reads them.
 
-use super::{counted, listed};
+use super::{Scale, counted, listed};
 use trueweld_measure::HALF_95;
 use trueweld_measure::data::log::import::{Doubt, Ground, LeftOut, Proposal, ProposedColumn};
 use trueweld_measure::data::log::units::unit_named;
@@ -26,25 +26,37 @@ pub(crate) fn headline(proposal: &Proposal) -> String {
             listed(names, "and")
         ),
     };
+    let unknown = match unknown(proposal).len() {
+        0 => String::new(),
+        n => format!(
+            " {} not recognised: write a line for each that is a channel.",
+            counted(n, "column")
+        ),
+    };
     format!(
-        "{} of {} in {} mapped; {todo}.{missing}",
+        "{} of {} in {} mapped; {todo}.{missing}{unknown}",
         mapped.count(),
         counted(proposal.columns.len(), "column"),
         counted(proposal.files.len(), "file")
     )
 }
 
+/// Columns whose headers say nothing that is known.
+fn unknown(proposal: &Proposal) -> Vec<&ProposedColumn> {
+    proposal.columns.iter().filter(|c| c.mapping == Err(LeftOut::Unknown)).collect()
+}
+
 /// Entries of the `log.toml` that are still to be filled in, but for the robot's.
 fn open(proposal: &Proposal) -> usize {
     let columns = proposal.columns.iter().filter(|c| c.mapping.is_ok());
     let doubts: usize = columns.map(|c| c.doubts.len()).sum();
-    doubts + usize::from(!proposal.kind_sure)
+    doubts + usize::from(!proposal.kind_sure) + usize::from(proposal.period_open)
 }
 
 /// What a column's mapping rests on.
 pub(crate) fn grounds(column: &ProposedColumn) -> String {
     let of = |ground: &Ground| match ground {
-        Ground::Header | Ground::UnitInHeader => String::new(),
+        Ground::Header | Ground::Rises | Ground::Comment | Ground::UnitInHeader => String::new(),
         Ground::Magnitude => "unit by magnitude".to_owned(),
         Ground::Limits => "sign by the axis' limits".to_owned(),
         Ground::Motion { left, others } => format!(
@@ -59,30 +71,53 @@ pub(crate) fn grounds(column: &ProposedColumn) -> String {
     match &column.mapping {
         Ok(_) => {
             let stated = column.grounds.contains(&Ground::UnitInHeader);
-            let header =
-                if stated { "channel and unit by its header" } else { "channel by its header" };
-            let others = column
-                .grounds
-                .iter()
-                .filter(|ground| !matches!(ground, Ground::Header | Ground::UnitInHeader));
-            std::iter::once(header.to_owned()).chain(others.map(of)).collect::<Vec<_>>().join("; ")
+            let and_unit = if stated { " and unit" } else { "" };
+            let named = match column.grounds.first() {
+                Some(Ground::Rises) => "without a header, it rises".to_owned(),
+                Some(Ground::Comment) => format!("channel{and_unit} by a comment above the rows"),
+                _ => format!("channel{and_unit} by its header"),
+            };
+            let others = column.grounds.iter().map(of).filter(|ground| !ground.is_empty());
+            std::iter::once(named).chain(others).collect::<Vec<_>>().join("; ")
         }
-        Err(why) => left_out(*why).to_owned(),
+        Err(why) => left_out(why),
     }
 }
 
-fn left_out(why: LeftOut) -> &'static str {
+/// Why a column is left out.
+pub(crate) fn left_out(why: &LeftOut) -> String {
     match why {
-        LeftOut::Unknown => "left out: its header names no channel",
-        LeftOut::Commanded => "left out: commanded, not measured",
-        LeftOut::Twice => "left out: another column is this channel",
-        LeftOut::NoNumbers => "left out: it holds no numbers",
+        LeftOut::Unknown => "not recognised".to_owned(),
+        LeftOut::Commanded => "left out: commanded, not measured".to_owned(),
+        LeftOut::Computed => "left out: the controller computes it from its encoders".to_owned(),
+        LeftOut::Rigid(found) => {
+            let scale = Scale::small(found.channel.unit());
+            format!(
+                "left out: computed from the encoders, with which and a rigid robot it agrees to {}; \
+                 gravity bends the arm by {}",
+                scale.quantity(found.left),
+                scale.quantity(found.bent)
+            )
+        }
+        LeftOut::Limit => "left out: a limit, not a reading".to_owned(),
+        LeftOut::NoChannel(what) => format!("left out: {what}, which is no channel"),
+        LeftOut::OtherUnit(unit) => {
+            format!("left out: its unit, {unit}, is none of what its header names")
+        }
+        LeftOut::NotRising => "left out: its header names a time, but it does not rise".to_owned(),
+        LeftOut::Incomplete => "left out: its vector is not whole".to_owned(),
+        LeftOut::Twice(other) => format!("left out: {other:?} is this channel"),
+        LeftOut::Rival(other) => format!(
+            "left out: {other:?} claims the same channel, and nothing tells which was measured"
+        ),
+        LeftOut::NoNumbers => "left out: it holds no numbers".to_owned(),
     }
 }
 
 /// What of a column's mapping is a guess, and why.
 pub(crate) fn doubts(column: &ProposedColumn) -> String {
     let of = |doubt: &Doubt| match doubt {
+        Doubt::Channel => "the channel: it has no header",
         Doubt::Unit => "the unit: values of this size fit several",
         Doubt::Scale => "the unit: against the encoders' motion it is off by a thousand",
         Doubt::Sign => "the sign: nothing in these files tells it",
@@ -106,6 +141,11 @@ pub fn log_toml(proposal: &Proposal, paths: &[String], robot: Option<&str>) -> S
         text += &format!("kind = \"{}\"\n", proposal.kind);
     } else {
         text += &format!("kind = \"{FILL_IN}: {KINDS}? {} fits\"\n", proposal.kind);
+    }
+    if proposal.period_open {
+        text += &format!(
+            "period_s = \"{FILL_IN}: time from row to row, s; no column is the time of the encoders\"\n"
+        );
     }
     match robot {
         Some(path) => text += &format!("robot = {path:?}\n"),
@@ -170,13 +210,20 @@ pub fn log_toml(proposal: &Proposal, paths: &[String], robot: Option<&str>) -> S
         for column in columns.iter().filter(|c| c.mapping.is_ok()) {
             text += &line(column, proposal, &paths[k]);
         }
-        let rest: Vec<String> = columns
+        let (unknown, others): (Vec<_>, Vec<_>) = columns
             .iter()
-            .filter(|c| c.mapping.is_err())
-            .map(|c| format!("{:?}", c.header))
-            .collect();
-        if !rest.is_empty() {
-            text += &format!("# left out: {}\n", rest.join(", "));
+            .filter_map(|c| Some((c, c.mapping.as_ref().err()?)))
+            .partition(|(_, why)| **why == LeftOut::Unknown);
+        for (column, why) in others {
+            text += &format!("# {:?}    {}\n", column.header, left_out(why));
+        }
+        if !unknown.is_empty() {
+            let headers: Vec<String> =
+                unknown.iter().map(|(column, _)| format!("{:?}", column.header)).collect();
+            text += &format!(
+                "# not recognised: {}\n# Write a line for each of them that is a channel.\n",
+                headers.join(", ")
+            );
         }
     }
     text
@@ -196,10 +243,11 @@ fn line(column: &ProposedColumn, proposal: &Proposal, path: &str) -> String {
         true => format!("{FILL_IN}: {}?", mapping.unit),
         false => mapping.unit.to_owned(),
     };
-    let mut line = format!(
-        "{header:?} = {{ channel = \"{}\", unit = \"{unit}\"",
-        channel_name(mapping.column)
-    );
+    let channel = match column.doubts.contains(&Doubt::Channel) {
+        true => format!("{FILL_IN}: {}?", channel_name(mapping.column)),
+        false => channel_name(mapping.column).to_owned(),
+    };
+    let mut line = format!("{header:?} = {{ channel = \"{channel}\", unit = \"{unit}\"");
     let raw = unit_named(mapping.unit).is_some_and(|u| u.dimension.is_none());
     let held = dimension(mapping.column).unit();
     if column.doubts.contains(&Doubt::Factor) || raw {

@@ -63,6 +63,10 @@ pub fn notice(notice: &LogNotice) -> String {
         LogNotice::RowsLeftOut(rows) => {
             format!("{rows} rows without a value of every encoder are left out")
         }
+        LogNotice::RowsRepeated(rows) => format!(
+            "{} with the time and the values of the row before: left out",
+            counted(*rows, "row")
+        ),
         LogNotice::RowsInterpolated(rows) => {
             format!("{rows} rows without encoders are interpolated")
         }
@@ -151,6 +155,7 @@ mod tests {
             LogNotice::Held { columns: vec!["px_m", "py_m"], every: 2.5 },
             LogNotice::Thinned { rows: 2_000_000, from: 1e-3, to: 4e-3 },
             LogNotice::RowsLeftOut(3),
+            LogNotice::RowsRepeated(1),
             LogNotice::RowsInterpolated(4),
             LogNotice::Cut { column: None, gaps, pieces: 2 },
             LogNotice::Cut { column: Some("qe1_rad"), gaps: Vec::new(), pieces: 1 },

@@ -127,7 +127,8 @@ fn turned_urdf() -> String {
         );
         parent = format!("m{i}");
     }
-    xml + r#"<link name="tool0"/><joint name="t" type="fixed"><parent link="m6"/><child link="tool0"/></joint></robot>"#
+    xml + r#"<link name="tool0"/><joint name="t" type="fixed"><parent link="m6"/><child link="tool0"/>
+        <origin xyz="0 0 0" rpy="0.4 0 0"/></joint></robot>"#
 }
 
 /// The turned arm against sums over its bodies, each placed by a product of homogeneous transforms.
@@ -180,13 +181,14 @@ fn links_are_merged_and_turned_into_base_axes() {
     }
     // tool0 is the flange; it sits on the last link's second half.
     let t = &file.parameters.tool;
+    let tool = parent * transform([0.0; 3], [0.4, 0.0, 0.0]);
     assert!(
         (t.flange_offset - (column(&parent, 3) - origin)).norm() < 1e-11
             && t.tcp_from_flange.norm() < 1e-11
     );
     assert!(
-        (t.z_axis - column(&parent, 2)).norm() < 1e-11
-            && (t.y_axis - column(&parent, 1)).norm() < 1e-11
+        (t.z_axis - column(&tool, 2)).norm() < 1e-11
+            && (t.y_axis - column(&tool, 1)).norm() < 1e-11
     );
 }
 
@@ -373,5 +375,32 @@ fn what_a_urdf_leaves_unstated_must_be_filled_in() {
     assert!(
         flange.contains("flange_offset_m = [0.4, 0.0, -0.15]")
             && flange.contains("z_axis = \"FILL IN")
+    );
+}
+
+/// Many descriptions have `ee_link`, x out of the flange, beside `tool0`, z out of it.
+#[test]
+fn a_tool_frame_whose_z_is_square_to_the_last_axis_is_not_taken_silently() {
+    let frame = |name: &str, rpy: &str| {
+        format!(
+            r#"<link name="{name}"/><joint name="to {name}" type="fixed"><parent link="l6"/><child link="{name}"/>
+            <origin xyz="0.1 0 0" rpy="{rpy}"/></joint>"#
+        )
+    };
+    let of = |frames: &str| {
+        let text =
+            URDF.replace("\"tcp\"", "\"end\"").replace("</robot>", &format!("{frames}</robot>"));
+        import_urdf_text(&text, "arm.urdf").unwrap()
+    };
+    // The last axis is x of the base.
+    let (square, along) =
+        (frame("ee_link", "0 0 1.5707963267948966"), frame("tool0", "0 1.5707963267948966 0"));
+    let both = of(&format!("{square}{along}"));
+    assert!(both.contains("z_axis = [1.0, 0.0, 0.0]"), "{both}");
+    assert!(both.contains("the URDF's tool0. Its ee_link is passed over"), "{both}");
+    let alone = of(&square);
+    assert!(
+        alone.contains("z_axis = \"FILL IN: z of ee_link is square to the last axis"),
+        "{alone}"
     );
 }

@@ -32,8 +32,11 @@ pub(super) fn slower(track: &mut Track, kind: LogKind, notices: &mut Vec<LogNoti
         let Some(found) = held(&series) else { continue };
         // What is read together stays together.
         let place = all.iter().position(|(known, _)| *known == found).unwrap_or_else(|| {
-            let mut own =
-                Track { clock: track.clock.clone(), columns: vec![None; track.columns.len()] };
+            let mut own = Track {
+                clock: track.clock.clone(),
+                columns: vec![None; track.columns.len()],
+                rounding: track.rounding.clone(),
+            };
             own.columns[TIME] = Some(found.instants(track.time()));
             all.push((found, own));
             all.len() - 1

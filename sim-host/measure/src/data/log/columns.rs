@@ -297,6 +297,11 @@ impl Header {
         Self { has, unknown }
     }
 
+    /// Rows are even and their period is stated: they need no time.
+    pub fn count_rows(&mut self) {
+        self.has[TIME] = true;
+    }
+
     /// True where the column is there.
     pub fn has(&self, column: usize) -> bool {
         self.has[column]

@@ -17,6 +17,7 @@
 mod apart;
 mod blocks;
 mod columns;
+pub mod computed;
 mod files;
 mod gaps;
 pub mod import;
@@ -38,6 +39,7 @@ mod samples;
 mod screen;
 mod source;
 mod text;
+mod time_of_day;
 mod track;
 pub mod units;
 
@@ -215,8 +217,13 @@ impl Log {
         let names: Vec<&[String]> = opened.iter().map(|rows| rows.names()).collect();
         plan.all_found(&root, &names)?;
         once(&opened, &bounds)?;
-        let header = Header::of(&bounds);
+        let leads = leader(&bounds);
+        let mut header = Header::of(&bounds);
         let plain = plan.columns.is_empty();
+        // A plain log has a time; what instruments write may go by its period.
+        if !plain && period.is_some() && bounds.len() == 1 {
+            header.count_rows();
+        }
         if plain {
             for (rows, bound) in opened.iter().zip(&bounds) {
                 header.refuse_near_misses(rows.as_ref(), kind, &bound.others)?;
@@ -235,21 +242,28 @@ impl Log {
             NoiseLevels::default()
         };
         let mut notices = header.notices(kind);
-        let leads = leader(&bounds);
         let mut tracks = Vec::with_capacity(opened.len());
         let mut doubt = None;
+        let mut sketches = Vec::with_capacity(opened.len());
         let mut last: Option<Box<dyn Rows + '_>> = None;
         for (k, mut rows) in opened.into_iter().enumerate() {
             let period = period.filter(|_| k == leads);
             let entry = &plan.files[k];
             let expected = Expected { kind, robot: &robot, period };
             let clock = entry.clock.clone();
-            let mut track = expected.read(rows.as_mut(), &bounds[k], clock, &mut doubt)?;
+            let mut track =
+                expected.read(rows.as_mut(), &bounds[k], clock, &mut doubt, &mut notices)?;
+            sketches.push(computed::sketch(&track));
             let slower = apart::slower(&mut track, kind, &mut notices);
             tracks.push(track);
             tracks.extend(slower);
             if k == leads {
                 last = Some(rows);
+            }
+        }
+        for (sketch, entry) in sketches.iter().zip(&plan.files) {
+            if let Some(found) = computed::rigid(&sketches[leads], sketch, &robot) {
+                return Err(found.refusal(&entry.path));
             }
         }
         let join = Join { kind, robot: &robot, period, plan: &plan, root: &root };

@@ -52,6 +52,8 @@ pub enum LogNotice {
     Resampled(f64),
     /// So many rows at rest lack an encoder and are left out.
     RowsLeftOut(usize),
+    /// So many rows hold the time and the values of the row before, and are left out.
+    RowsRepeated(usize),
     /// So many rows without encoders are interpolated.
     RowsInterpolated(usize),
     /// Stretches without encoders cut the log or its ends.

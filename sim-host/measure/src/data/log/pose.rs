@@ -220,7 +220,7 @@ mod tests {
             all[*column] = Some(values.clone());
         }
         all[0] = Some((0..columns[0].1.len()).map(|k| k as f64).collect());
-        Track { clock: None, columns: all }
+        Track { clock: None, columns: all, rounding: vec![0.0; ALL] }
     }
 
     fn vectors(track: &Track, channel: LogChannel) -> Vec<Vector3<f64>> {

@@ -24,6 +24,11 @@ pub(super) trait Rows {
     /// finite number.
     fn value(&self, column: usize) -> Option<f64>;
 
+    /// The time in a column of the row, s where it is written as a time of day or a date.
+    fn time(&self, column: usize) -> Option<f64> {
+        self.value(column)
+    }
+
     /// Number of decimals that it is written with.
     fn decimals(&self, column: usize) -> i32;
 

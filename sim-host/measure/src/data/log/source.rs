@@ -21,12 +21,69 @@ const MCAP: &[u8] = b"\x89MCAP0\r\n";
 #[cfg(feature = "mcap")]
 const MCAP: &[u8] = mcap::MAGIC;
 
+/// First bytes of files that are not read, what they are, and what makes text of them.
+const FOREIGN: [(&[u8], &str, &str); 19] = [
+    (
+        b"#ROSBAG",
+        "a bag of ROS 1",
+        "Write its topics as text, `rostopic echo -b FILE -p TOPIC > TOPIC.csv`, or as MCAP.",
+    ),
+    (
+        b"SQLite format 3",
+        "an SQLite database, as the bags of ROS 2 (.db3) are",
+        "`ros2 bag convert` makes MCAP of a bag.",
+    ),
+    (
+        b"PK\x03\x04",
+        "a zip archive, as workbooks (.xlsx) and NumPy's .npz are",
+        "Save the sheet as CSV, or each array with numpy.savetxt.",
+    ),
+    (b"\x1f\x8b", "packed by gzip", "Unpack it: gunzip FILE."),
+    (b"BZh", "packed by bzip2", "Unpack it: bunzip2 FILE."),
+    (b"\xfd7zXZ\0", "packed by xz", "Unpack it: unxz FILE."),
+    (b"\x28\xb5\x2f\xfd", "packed by zstd", "Unpack it: unzstd FILE."),
+    (b"7z\xbc\xaf\x27\x1c", "a 7z archive", "Unpack it."),
+    (b"MATLAB ", "a MAT file", "Write its arrays as text in MATLAB: writematrix, writetable."),
+    (
+        b"\x89HDF",
+        "HDF5, as MAT files of version 7.3 are",
+        "Write its data sets as text: h5dump, writetable.",
+    ),
+    (
+        b"\x93NUMPY",
+        "a NumPy array",
+        "Write it with numpy.savetxt, with the names of the columns as header.",
+    ),
+    (b"\xd0\xcf\x11\xe0", "a workbook (.xls)", "Save the sheet as CSV."),
+    (b"TDSm", "TDMS of LabVIEW", "Save it as text (.lvm or CSV), or with nptdms."),
+    (b"MDF ", "a measurement file of ASAM (.mf4)", "Export it as CSV."),
+    (b"%PDF", "a PDF document", "Give the file with the numbers."),
+    (b"\x89PNG", "a picture", "Give the file with the numbers."),
+    (b"ARROW1", "Arrow or Feather", "Write it as Parquet or CSV."),
+    (b"{", "JSON", "Write it as CSV, one row a sample."),
+    (b"<?xml", "XML", "Write it as CSV, one row a sample."),
+];
+
+/// Bytes at a file's start that are looked at.
+const START: u64 = 256;
+
+/// What a file is that is no table of text, by its first bytes.
+fn foreign(start: &[u8]) -> Option<(&'static str, &'static str)> {
+    let known = FOREIGN.iter().find(|(magic, ..)| start.starts_with(magic));
+    // Text in UTF-16 is told apart where lines are read.
+    let utf16 = start.starts_with(b"\xff\xfe") || start.starts_with(b"\xfe\xff");
+    let binary = start.iter().any(|byte| *byte < 9 || (14..27).contains(byte)) && !utf16;
+    let other =
+        ("binary data of no kind that is known", "Save the samples as text: a header, then rows.");
+    known.map(|(_, what, help)| (*what, *help)).or(binary.then_some(other))
+}
+
 /// Opens a file.
 pub(super) fn open(entry: &FileEntry) -> Result<Box<dyn Rows>, InputError> {
     let name = entry.path.display().to_string();
     let mut input = open_file(&entry.path, MOST_ROWS)?;
     let mut start = Vec::new();
-    let read = (&mut input).take(16).read_to_end(&mut start);
+    let read = (&mut input).take(START).read_to_end(&mut start);
     if let Err(error) = read {
         let message = format!("cannot be read: {error}");
         let source = Source::new(&name, "");
@@ -46,6 +103,10 @@ pub(super) fn open(entry: &FileEntry) -> Result<Box<dyn Rows>, InputError> {
         return mcap::open_mcap(&entry.path, entry.topic.as_deref());
         #[cfg(not(feature = "mcap"))]
         return Err(left_out(&name, "MCAP", "mcap"));
+    }
+    if let Some((what, help)) = foreign(&start) {
+        let message = format!("this is {what}; expected text, Parquet, a KUKA trace or MCAP");
+        return Err(Source::new(&name, "").error_of_file(message, help));
     }
     open_text(entry, std::io::Cursor::new(start).chain(input))
 }

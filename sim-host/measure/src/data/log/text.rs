@@ -2,6 +2,7 @@
 
 use super::lines::Lines;
 use super::rows::Rows;
+use super::time_of_day::seconds;
 use std::borrow::Cow;
 use std::io::Read;
 use trueweld_plant::input::InputError;
@@ -24,6 +25,18 @@ impl Dialect {
     pub const PLAIN: Self = Self { delimiter: b',', decimal: b'.', header: 1, rows: 2 };
 }
 
+impl Default for Dialect {
+    fn default() -> Self {
+        Self::PLAIN
+    }
+}
+
+/// True of a field without a value: an empty one, or what programs write where they have none.
+pub(super) fn is_missing(field: &[u8]) -> bool {
+    const WORDS: [&[u8]; 8] = [b"", b"-", b"--", b"nan", b"null", b"none", b"na", b"n/a"];
+    WORDS.iter().any(|word| field.eq_ignore_ascii_case(word))
+}
+
 /// Separators that people use, and what messages call them.
 pub(super) const SEPARATORS: [(u8, &str); 5] =
     [(b',', "`,`"), (b';', "`;`"), (b'\t', "a tab"), (b'|', "`|`"), (b' ', "a blank")];
@@ -38,7 +51,7 @@ pub(super) struct TextRows<R> {
 }
 
 /// Text of a field: UTF-8, or else Latin-1.
-fn decoded(field: &[u8]) -> Cow<'_, str> {
+pub(super) fn decoded(field: &[u8]) -> Cow<'_, str> {
     match std::str::from_utf8(field) {
         Ok(text) => Cow::Borrowed(text),
         Err(_) => Cow::Owned(field.iter().map(|byte| char::from(*byte)).collect()),
@@ -153,7 +166,7 @@ impl<R: Read> Rows for TextRows<R> {
 
     fn value(&self, column: usize) -> Option<f64> {
         let field = self.lines.field(column);
-        if field.is_empty() {
+        if is_missing(field) {
             return Some(f64::NAN);
         }
         let text = std::str::from_utf8(field).ok()?;
@@ -164,6 +177,11 @@ impl<R: Read> Rows for TextRows<R> {
             text.parse::<f64>()
         };
         number.ok().filter(|x| x.is_finite())
+    }
+
+    fn time(&self, column: usize) -> Option<f64> {
+        let field = std::str::from_utf8(self.lines.field(column)).ok();
+        self.value(column).or_else(|| seconds(field?))
     }
 
     fn decimals(&self, column: usize) -> i32 {

@@ -2,6 +2,7 @@
 //! plausible, the time rising.
 
 use super::columns::{ALL, Binding, Bound, MATRIX, QUATERNION, TIME, most_of_form, shown_name};
+use super::notice::LogNotice;
 use super::rows::Rows;
 use crate::data::channel::{COUNT, LogChannel};
 use crate::data::kind::LogKind;
@@ -24,6 +25,9 @@ const LENGTH: f64 = 0.05;
 const TOO_FAST: f64 = 20.0;
 const INSTANT: f64 = 1e-3;
 
+/// Rows in which the digits show that a file writes.
+pub(super) const WRITTEN: usize = 200;
+
 /// The first column of what hangs on the flange.
 const PAYLOAD: usize = LogChannel::Payload.columns().start;
 
@@ -35,6 +39,8 @@ pub(super) struct Track {
     /// A series each column that the file has, all of the same length; NaN where a value is
     /// missing.
     pub columns: Vec<Option<Vec<f64>>>,
+    /// Half a unit of the last place that a file writes of each column.
+    pub rounding: Vec<f64>,
 }
 
 impl Track {
@@ -72,20 +78,34 @@ impl Expected<'_> {
         bound: &Bound,
         clock: Option<String>,
         doubt: &mut Option<InputError>,
+        notices: &mut Vec<LogNotice>,
     ) -> Result<Track, InputError> {
         let mut columns: Vec<Option<Vec<f64>>> = vec![None; ALL];
         bound.bindings.iter().for_each(|b| columns[b.column] = Some(Vec::new()));
         let of = |column: usize| bound.bindings.iter().find(|b| b.column == column);
-        let Some(time) = of(TIME) else {
-            let message = format!("missing column `{}`; expected in every file", shown_name(TIME));
-            let help = "Map the column with the time to it in [columns]: channel = \"t\".";
-            return Err(rows.error_at(None, message, "no time among these", help));
-        };
+        let time = of(TIME);
+        if time.is_none() {
+            if self.period.is_none() {
+                let message =
+                    format!("missing column `{}`; expected in every file", shown_name(TIME));
+                let help = "Map the column with the time to it in [columns]: channel = \"t\". Rows without one \
+                            that are even have their period stated: period_s = ….";
+                return Err(rows.error_at(None, message, "no time among these", help));
+            }
+            columns[TIME] = Some(Vec::new());
+        }
+        let mut decimals = vec![0; bound.bindings.len()];
+        let mut repeated = 0;
         let ranges: Vec<[f64; 2]> = bound.bindings.iter().map(|b| self.range(b.column)).collect();
         let mut clock_so_far = Clock::default();
+        let mut count = 0;
         while rows.advance()? {
             for (binding, range) in bound.bindings.iter().zip(&ranges) {
-                let Some(number) = rows.value(binding.field) else {
+                let number = match binding.column {
+                    TIME => rows.time(binding.field),
+                    _ => rows.value(binding.field),
+                };
+                let Some(number) = number else {
                     return Err(not_a_number(rows, binding));
                 };
                 let value = binding.apply(number);
@@ -97,13 +117,35 @@ impl Expected<'_> {
                     series.push(value);
                 }
             }
-            let now = last(&columns, TIME);
-            if now.is_nan() {
-                return Err(missing(rows, time));
+            if count < WRITTEN {
+                for (decimals, binding) in decimals.iter_mut().zip(&bound.bindings) {
+                    *decimals = rows.decimals(binding.field).max(*decimals);
+                }
             }
+            count += 1;
             let before = clock_so_far.last;
-            if let Some(slow) = clock_so_far.tick(rows, time, now, self.period)? {
-                doubt.get_or_insert(slow);
+            let now = match (time, self.period) {
+                (Some(_), _) => last(&columns, TIME),
+                (None, period) => period.unwrap_or_default() * (count - 1) as f64,
+            };
+            if let Some(time) = time {
+                if now.is_nan() {
+                    return Err(missing(rows, time));
+                }
+                if before == Some(now) && is_repeated(&columns) {
+                    columns
+                        .iter_mut()
+                        .flatten()
+                        .for_each(|series| series.truncate(series.len() - 1));
+                    repeated += 1;
+                    continue;
+                }
+                if let Some(slow) = clock_so_far.tick(rows, time, now, self.period)? {
+                    doubt.get_or_insert(slow);
+                }
+            } else if let Some(series) = &mut columns[TIME] {
+                series.push(now);
+                clock_so_far.last = Some(now);
             }
             if let (Some(before), None) = (before, &doubt) {
                 *doubt = self.jump(rows, bound, &columns, now - before);
@@ -111,7 +153,7 @@ impl Expected<'_> {
             self.hang(rows, bound, &mut columns)?;
             unit_length(rows, bound, &columns)?;
         }
-        let count = columns[TIME].as_ref().map_or(0, Vec::len);
+        let count = count - repeated;
         let least = if self.kind == LogKind::StaticLoad { 1 } else { 2 };
         if count < least {
             let message = match count {
@@ -121,7 +163,14 @@ impl Expected<'_> {
             let help = "Was the recording stopped as soon as it began?";
             return Err(rows.error_of_file(message, help));
         }
-        Ok(Track { clock, columns })
+        if repeated > 0 {
+            notices.push(LogNotice::RowsRepeated(repeated));
+        }
+        let mut rounding = vec![0.0; ALL];
+        for (decimals, binding) in decimals.into_iter().zip(&bound.bindings) {
+            rounding[binding.column] = 0.5 * 10f64.powi(-decimals) * binding.scale.abs();
+        }
+        Ok(Track { clock, columns, rounding })
     }
 
     /// Limits of an encoder, widened, rad.
@@ -286,6 +335,14 @@ fn last(columns: &[Option<Vec<f64>>], column: usize) -> f64 {
     columns[column].as_ref().and_then(|series| series.last().copied()).unwrap_or(f64::NAN)
 }
 
+/// True where the last row holds what the one before does.
+fn is_repeated(columns: &[Option<Vec<f64>>]) -> bool {
+    columns.iter().flatten().all(|series| match series.as_slice() {
+        [.., a, b] => a == b || (a.is_nan() && b.is_nan()),
+        _ => false,
+    })
+}
+
 /// A quaternion and the rows of a rotation matrix have the length 1.
 fn unit_length(
     rows: &dyn Rows,
@@ -414,9 +471,6 @@ fn not_a_number(rows: &dyn Rows, binding: &Binding) -> InputError {
             "the dot as decimal mark, not the comma,",
             "Save the file with dots in its numbers, or say decimal = \",\" of it in `files` of log.toml.",
         )
-    } else if ["null", "none", "na", "n/a", "-", "--", "?"].contains(&text.to_lowercase().as_str())
-    {
-        ("a number or an empty field", "Where a value is missing, leave the field empty.")
     } else {
         (
             "a number",

@@ -87,6 +87,25 @@ impl Stage {
         );
     }
 
+    /// The fixed leaf frame that is the tool centre point, with the word that names it, and the frame
+    /// that its name would come before, but whose z axis is square to the joint's.
+    fn tool(&self) -> (Option<(&'static str, &Frame)>, Option<&Frame>) {
+        let first = self.frame(TCP_WORDS, |f| f.is_bare_leaf);
+        let square = first.map(|(_, frame)| frame).filter(|frame| self.is_square(frame));
+        // A frame called flange says nothing of its axes.
+        let fits = |frame: &Frame| frame.is_bare_leaf && !self.is_square(frame);
+        match self.frame(TCP_WORDS, fits).filter(|(word, _)| *word != "flange") {
+            Some(out) if square.is_some() => (Some(out), square),
+            _ => (first, None),
+        }
+    }
+
+    /// True where z of a frame, which points out of a tool, is square to the joint's axis, to a degree.
+    fn is_square(&self, frame: &Frame) -> bool {
+        let z = frame.b_from_frame.rotation * Vector3::z();
+        z.dot(&self.axis).abs() < 1f64.to_radians().sin()
+    }
+
     /// The first frame behind this joint with one of these words in its name, by the order of the
     /// words.
     fn frame(
@@ -108,7 +127,7 @@ impl Stage {
     }
 
     fn write_tool(&self, out: &mut String) {
-        let tcp = self.frame(TCP_WORDS, |f| f.is_bare_leaf);
+        let (tcp, passed_over) = self.tool();
         let flange = self
             .frame(FLANGE_WORDS, |_| true)
             .map(|(_, f)| f.b_from_frame.translation.vector - self.origin);
@@ -124,7 +143,18 @@ impl Stage {
                 let unclear =
                     || marker("a frame named flange does not say which of its axes points out");
                 let is_flange = word == "flange";
-                let z = if is_flange { unclear() } else { axis(Vector3::z()) };
+                let square = || {
+                    let name = &frame.name;
+                    marker(&format!(
+                        "z of {name} is square to the last axis; is it the direction out of the tool? It is {}",
+                        axis(Vector3::z())
+                    ))
+                };
+                let z = match (is_flange, self.is_square(frame)) {
+                    (true, _) => unclear(),
+                    (false, true) => square(),
+                    (false, false) => axis(Vector3::z()),
+                };
                 (vector(&at), z, if is_flange { unclear() } else { axis(Vector3::y()) })
             }
         };
@@ -139,11 +169,19 @@ impl Stage {
             (None, None) => missing(),
             _ => vector(&flange.unwrap_or_default()),
         };
+        let chosen = match (tcp, passed_over) {
+            (Some((_, frame)), Some(other)) => format!(
+                "# Tool: the URDF's {}. Its {} is passed over: its z axis is square to the last axis.\n",
+                frame.name.escape_debug(),
+                other.name.escape_debug()
+            ),
+            _ => String::new(),
+        };
         let zero = Vector3::zeros();
         let _ = writeln!(
             out,
             "\n# Flange: {origin}.\n# The URDF's bodies behind the last joint are all in its link above, hence a tool\n\
-             # without mass: add what the URDF leaves out.\n\
+             # without mass: add what the URDF leaves out.\n{chosen}\
              [tool]\nflange_offset_m = {offset}\nmass_kg = 0.0\ncom_from_flange_m = {}\ninertia_kg_m2 = {}\n\
              tcp_from_flange_m = {tcp_from_flange}\nz_axis = {z_axis}\ny_axis = {y_axis}",
             vector(&zero),

@@ -1,228 +1,518 @@
-//! Channels by the headers of columns, in the habits of several makers.
+//! Channels by the headers of columns: families of columns with one name are taken as a set.
 
+use super::names::{NoChannel, Quantity, Reading, Role, SETS, joint_numbered, read};
 use super::proposal::{Doubt, Ground, LeftOut, ProposedColumn};
 use super::raw::{ENCODER, POSITION, Raw, TIME, TORQUE};
-use crate::data::channel::LogChannel;
+use crate::data::channel::{COUNT, LogChannel, column_name};
 use crate::data::log::columns::{
-    ABC, ColumnMapping, QUATERNION, channel_named, dimension, reflector,
+    ABC, ColumnMapping, MATRIX, QUATERNION, REFLECTORS, channel_name, dimension, reflector,
 };
-use crate::data::log::units::unit_named;
+use crate::data::log::units::{Dimension, Unit, unit_named};
+use std::cmp::Ordering;
 use trueweld_core::JOINTS;
 
-/// Words of a header, in small letters: parted at blanks, marks, capitals and digits; and the unit
-/// that stands in it.
-fn words(header: &str) -> (Vec<String>, Option<&'static str>) {
-    let mut unit = None;
-    let mut rest = header.to_owned();
-    for (open, close) in [('[', ']'), ('(', ')'), ('<', '>')] {
-        if let (Some(a), Some(b)) = (rest.find(open), rest.rfind(close))
-            && a < b
-            && let Some(found) = unit_named(&rest[a + open.len_utf8()..b])
-        {
-            unit = Some(found.name);
-            rest.replace_range(a..b + close.len_utf8(), " ");
-        }
-    }
-    let mut words: Vec<String> = Vec::new();
-    let mut last = ' ';
-    for c in rest.chars() {
-        let starts = !last.is_alphanumeric()
-            || (c.is_uppercase() && last.is_lowercase())
-            || (c.is_ascii_digit() != last.is_ascii_digit());
-        if c.is_alphanumeric() {
-            match words.last_mut() {
-                Some(word) if !starts => word.extend(c.to_lowercase()),
-                _ => words.push(c.to_lowercase().collect()),
+/// How far the length of four numbers may be from 1 for a quaternion.
+const LENGTH: f64 = 1e-3;
+
+/// What a column claims to be.
+#[derive(Debug, Clone, PartialEq)]
+struct Claim {
+    column: usize,
+    /// A drive's current, which becomes a torque by a factor.
+    amperes: bool,
+    role: Role,
+    /// The same for all columns of a set.
+    family: String,
+    unit: Option<&'static Unit>,
+    ground: Ground,
+}
+
+/// The columns of a file, with the claims of those that a channel is named by.
+#[derive(Clone)]
+pub(super) struct NamedColumns {
+    claims: Vec<Result<Claim, LeftOut>>,
+}
+
+impl NamedColumns {
+    /// By the headers of a file. `joints`: names in the robot file.
+    pub(super) fn of(raw: &Raw, joints: &[String]) -> Self {
+        let readings: Vec<Option<Reading>> =
+            raw.titles.iter().map(|title| read(title, joints)).collect();
+        // Where one set counts from 0, the file does.
+        let file_from_zero = families(&readings)
+            .iter()
+            .any(|family| counts_from_zero(&readings, family) == Some(true));
+        let mut claims = vec![Err(LeftOut::Unknown); readings.len()];
+        for family in families(&readings) {
+            let of_axes = family
+                .iter()
+                .all(|k| readings[*k].as_ref().is_some_and(|reading| reading.component.is_none()));
+            let from_zero =
+                counts_from_zero(&readings, &family).unwrap_or(of_axes && file_from_zero);
+            let set = full_set(&readings, &family);
+            let first = quaternion(raw, &readings, &family);
+            // Seven axes, of which none is known to be the first.
+            let seven = has_number(&readings, &family, 0) && has_number(&readings, &family, JOINTS);
+            for k in family {
+                let Some(reading) = &readings[k] else { continue };
+                if !seven || reading.no_channel.is_some() {
+                    claims[k] = claim(reading, from_zero, set, first);
+                }
             }
         }
-        last = c;
+        for (k, header) in raw.names.iter().enumerate() {
+            if let Some(column) = plain(header) {
+                let unit = header.split_once('_').and_then(|(_, unit)| unit_named(unit));
+                let unit = unit.filter(|unit| unit.dimension == Some(dimension(column)));
+                claims[k] = Ok(Claim::plain(column, unit));
+            }
+            if raw.titles[k] != *header
+                && let Ok(claim) = &mut claims[k]
+            {
+                claim.ground = Ground::Comment;
+            }
+            if raw.values[k].is_none() {
+                claims[k] = Err(LeftOut::NoNumbers);
+            }
+        }
+        let mut named = Self { claims };
+        named.check_units(raw);
+        named.check_times(raw, &readings);
+        named.only_whole_vectors();
+        named
     }
-    // A last word that is a unit: `px_mm`, `force N`.
-    if unit.is_none()
-        && words.len() > 1
-        && let Some(found) = words.last().and_then(|word| unit_named(word))
-        && !["a", "t", "c", "b", "h", "in", "1", "x", "y", "z", "g", "v", "m"]
-            .contains(&words[words.len() - 1].as_str())
-    {
-        unit = Some(found.name);
-        words.pop();
-    }
-    (words, unit)
 }
 
-/// What a header says.
-enum Said {
-    /// A channel's column, and what the word says besides: a current.
-    Channel(usize, bool),
-    LeftOut(LeftOut),
+/// Column of a header that is written as in a plain log.
+fn plain(header: &str) -> Option<usize> {
+    let small = header.to_lowercase();
+    let payload = LogChannel::Payload.columns();
+    (0..COUNT)
+        .find(|column| column_name(*column) == header)
+        .or_else(|| payload.chain(MATRIX).find(|column| channel_name(*column) == small))
 }
 
-/// The channel that a header names, in the habits of several makers. `zero_based`: axes of this
-/// file are counted from 0.
-fn channel_of(words: &[String], zero_based: bool) -> Said {
-    // `list`: words with a blank between them.
-    let has = |list: &str| list.split(' ').any(|known| words.iter().any(|word| word == known));
-    let number = words.iter().rev().find_map(|word| word.parse::<usize>().ok());
-    let axis = number.and_then(|n| if zero_based { Some(n) } else { n.checked_sub(1) });
-    let axis = axis.filter(|axis| *axis < JOINTS);
-    let joined = words.concat();
-    // The channels' own names.
-    if let Some(column) = channel_named(&joined) {
-        return Said::Channel(column, false);
+/// Columns of one name, but for its number, component or the like.
+fn families(readings: &[Option<Reading>]) -> Vec<Vec<usize>> {
+    let mut families: Vec<(&str, Vec<usize>)> = Vec::new();
+    for (k, reading) in readings.iter().enumerate() {
+        let Some(reading) = reading else { continue };
+        match families.iter_mut().find(|(name, _)| *name == reading.family) {
+            Some((_, members)) => members.push(k),
+            None => families.push((&reading.family, vec![k])),
+        }
     }
-    let commanded =
-        "cmd command commanded soll target set setpoint desired des nominal ref ipo nom";
-    if has(commanded) && !has("reflector") {
-        return Said::LeftOut(LeftOut::Commanded);
+    families.into_iter().map(|(_, members)| members).collect()
+}
+
+/// True where a family counts axes from 0; `None` where it may do either.
+fn counts_from_zero(readings: &[Option<Reading>], family: &[usize]) -> Option<bool> {
+    match [0, JOINTS].map(|number| has_number(readings, family, number)) {
+        [true, _] => Some(true),
+        [false, true] => Some(false),
+        [false, false] => None,
     }
-    let other = "vel velocity geschwindigkeit qd acc acceleration qdd jerk temp temperature error \
-                 status quality";
-    if has(other) {
-        return Said::LeftOut(LeftOut::Unknown);
-    }
-    if has("spindle spindel rpm") || joined.contains("drehzahl") {
-        return Said::Channel(LogChannel::Spindle.columns().start, false);
-    }
-    let component = ["x", "y", "z"].iter().position(|c| has(c));
-    let fused = |prefixes: &[&str]| {
-        let at = |prefix: &&str| {
-            words.iter().any(|w| w.len() == prefix.len() + 1 && w.starts_with(*prefix))
-        };
-        prefixes.iter().find(|p| at(p)).and_then(|prefix| {
-            ["x", "y", "z"].iter().position(|c| words.iter().any(|w| *w == format!("{prefix}{c}")))
-        })
+}
+
+fn has_number(readings: &[Option<Reading>], family: &[usize], number: usize) -> bool {
+    family.iter().any(|k| readings[*k].as_ref().is_some_and(|r| r.number == Some(number)))
+}
+
+/// The set of names that a family has every name of, once.
+fn full_set(readings: &[Option<Reading>], family: &[usize]) -> Option<&'static str> {
+    let times = |name: &str, place: usize| {
+        let of = |reading: &Reading| reading.sets.contains(&(name, place));
+        family.iter().filter(|k| readings[**k].as_ref().is_some_and(of)).count()
     };
-    if let Some(c) = fused(&["f"]).or(component.filter(|_| has("force kraft"))) {
-        return Said::Channel(LogChannel::Force.columns().start + c, false);
-    }
-    let moment = "torque moment drehmoment";
-    if let Some(c) = fused(&["m", "t"]).or(component.filter(|_| axis.is_none() && has(moment))) {
-        return Said::Channel(LogChannel::Moment.columns().start + c, false);
-    }
-    let current = "current cur strom i";
-    let torque = "torque trq tau effort drehmoment moment tm";
-    if let Some(axis) = axis {
-        let amperes = has(current) || joined.contains("macur") || joined.contains("strom");
-        if amperes || has(torque) || joined.contains("trq") || joined.contains("torque") {
-            return Said::Channel(TORQUE + axis, amperes);
-        }
-        if has("ql external second secondary link load abtrieb output") {
-            return Said::Channel(LogChannel::LinkEncoder.columns().start + axis, false);
-        }
-        let marker = "r refl reflector smr marker t prism point p";
-        if let Some(c) = component.filter(|_| axis < 3 && has(marker)) {
-            return Said::Channel(reflector(axis).start + c, false);
-        }
-        let angle = "a axis axes achse joint j q qe pos position angle winkel encoder enc";
-        if component.is_none()
-            && (has(angle) || joined.contains("aipos") || joined.contains("axis"))
-        {
-            return Said::Channel(ENCODER + axis, false);
-        }
-    }
-    let quaternion = "orientation quat quaternion q";
-    let (w, c) = (has("w qw"), fused(&["q"]).or(component));
-    if has(quaternion) || fused(&["q"]).is_some() || has("qw") {
-        let first = QUATERNION.start;
-        if w {
-            return Said::Channel(first, false);
-        }
-        if let Some(c) = c {
-            return Said::Channel(first + 1 + c, false);
-        }
-        if let Some(n) = number.filter(|n| *n < 4) {
-            return Said::Channel(first + n, false);
-        }
-    }
-    if let Some(c) = fused(&["r"]).or(component.filter(|_| has("rot rotvec rotation"))) {
-        return Said::Channel(LogChannel::Rotation.columns().start + c, false);
-    }
-    if let Some(c) = fused(&["p"]).or(component) {
-        return Said::Channel(POSITION + c, false);
-    }
-    let abc = ["a", "b", "c"].iter().position(|c| words.last().is_some_and(|word| word == c));
-    if let (Some(c), None) = (abc, number) {
-        return Said::Channel(ABC.start + c, false);
-    }
-    if has("payload mass masse last") {
-        return Said::Channel(LogChannel::Payload.columns().start, false);
-    }
-    let time = "t time zeit timestamp stamp clock ipoc seconds sec";
-    if has(time) {
-        return Said::Channel(TIME, false);
-    }
-    Said::LeftOut(LeftOut::Unknown)
+    let full =
+        |(name, count): &&(&'static str, usize)| (0..*count).all(|place| times(name, place) == 1);
+    SETS.iter().filter(full).max_by_key(|(_, count)| *count).map(|(name, _)| *name)
 }
 
-pub(super) fn of_file(file: usize, raw: &Raw) -> Vec<ProposedColumn> {
-    // Axes from 0 to 5: no name ends in 6, and some in 0.
+/// The first number of a family of four numbered columns, from 0 or 1, that are of length 1 in every
+/// row.
+fn quaternion(raw: &Raw, readings: &[Option<Reading>], family: &[usize]) -> Option<usize> {
     let numbers: Vec<usize> =
-        raw.names.iter().filter_map(|n| words(n).0.last()?.parse().ok()).collect();
-    let zero_based = numbers.contains(&0) && !numbers.contains(&6);
-    let column = |(k, header): (usize, &String)| {
-        let (words, unit) = words(header);
-        let values = raw.values[k].as_ref();
-        let range = values.map(|v| {
-            let finite = v.iter().copied().filter(|x| x.is_finite());
-            finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
+        family.iter().filter_map(|k| readings[*k].as_ref().and_then(|r| r.number)).collect();
+    let columns: Vec<&Vec<f64>> = family.iter().filter_map(|k| raw.values[*k].as_ref()).collect();
+    if !(numbers == [0, 1, 2, 3] || numbers == [1, 2, 3, 4]) || columns.len() != numbers.len() {
+        return None;
+    }
+    let is_one = |row: usize| {
+        let square: f64 = columns.iter().map(|column| column[row].powi(2)).sum();
+        square.is_nan() || (square.sqrt() - 1.0).abs() < LENGTH
+    };
+    (0..raw.rows).all(is_one).then_some(numbers[0])
+}
+
+/// What a header claims, among its family. `first`: number of the first of a quaternion.
+fn claim(
+    reading: &Reading,
+    from_zero: bool,
+    set: Option<&'static str>,
+    first: Option<usize>,
+) -> Result<Claim, LeftOut> {
+    if let Some(why) = reading.no_channel {
+        return Err(match why {
+            NoChannel::Other(what) => LeftOut::NoChannel(what),
+            NoChannel::Limit => LeftOut::Limit,
+            NoChannel::Computed => LeftOut::Computed,
+            NoChannel::Commanded => LeftOut::Commanded,
         });
-        let rises = || {
-            values
-                .is_some_and(|v| v.windows(2).all(|w| w[1] > w[0] || w.iter().any(|x| x.is_nan())))
+    }
+    let place = reading.sets.iter().find(|(name, _)| Some(*name) == set).map(|(_, place)| *place);
+    let of_number = || reading.number.and_then(|number| joint_numbered(number, from_zero));
+    let (column, amperes) = match (set, place) {
+        // FANUC's pose, W P R beside X Y Z, is the controller's.
+        (Some("wpr"), _) if reading.component.is_some() || place.is_some() => {
+            return Err(LeftOut::Computed);
+        }
+        (Some("abc"), Some(place)) => {
+            let of_pose = reading.only(&[Quantity::Pose, Quantity::Place, Quantity::Point]);
+            (of_pose.then_some(ABC.start + place), false)
+        }
+        (_, Some(place)) => {
+            let mut named = reading.clone();
+            // A letter of a set is no time.
+            named.quantities.retain(|quantity| *quantity != Quantity::Time);
+            named.joint = Some(place);
+            column_of(&named, Some(place))?
+        }
+        // A name of a set whose others are not there.
+        (_, None) if !reading.sets.is_empty() && !alone(reading) => (None, false),
+        (_, None) => match first.zip(reading.number) {
+            Some((first, number)) if reading.only(&[Quantity::Encoder, Quantity::Quaternion]) => {
+                (number.checked_sub(first).map(|place| QUATERNION.start + place), false)
+            }
+            _ => column_of(reading, reading.joint.or_else(of_number))?,
+        },
+    };
+    let column = column.ok_or(LeftOut::Unknown)?;
+    let pose = [LogChannel::Position.columns(), LogChannel::Rotation.columns(), ABC, QUATERNION];
+    if reading.role == Role::Actual && pose.iter().any(|of| of.contains(&column)) {
+        return Err(LeftOut::Computed);
+    }
+    Ok(Claim {
+        column,
+        amperes,
+        role: reading.role,
+        family: reading.family.clone(),
+        unit: reading.unit,
+        ground: Ground::Header,
+    })
+}
+
+/// True of a letter that means something without its set: a time, the w of a quaternion.
+fn alone(reading: &Reading) -> bool {
+    let is_time = reading.has(Quantity::Time) && reading.only(&[Quantity::Time]);
+    is_time || (reading.component == Some(3) && reading.has(Quantity::Quaternion))
+}
+
+/// The column that quantities, with a component or a joint, are; and whether a current stands for
+/// it.
+fn column_of(reading: &Reading, joint: Option<usize>) -> Result<(Option<usize>, bool), LeftOut> {
+    use Quantity::{
+        Angle, Counter, Current, Encoder, External, Force, Joint, Link, Moment, Payload, Place,
+        Point, Pose, Quaternion, Reflector, Rotation, Speed, Spindle, Time, Torque, Wrench,
+    };
+    let Reading { component, number, .. } = *reading;
+    let named = !reading.quantities.is_empty() || reading.joint.is_some();
+    let of = |quantity: Quantity, others: &[Quantity]| {
+        reading.has(quantity)
+            && reading.quantities.iter().all(|q| *q == quantity || others.contains(q))
+    };
+    let start = |channel: LogChannel| channel.columns().start;
+    let is_bare = component.is_none() && joint.is_none() && number.is_none();
+    if reading.has(Speed) && !(of(Spindle, &[Speed]) && is_bare) {
+        return Err(LeftOut::NoChannel("speed"));
+    }
+    let of_angle = [Joint, Encoder, Angle, Place];
+    if reading.has(External) {
+        let beside = [Joint, Encoder, Angle, Place, External];
+        let is_link = [Encoder, Angle].into_iter().any(|quantity| of(quantity, &beside));
+        return match joint.filter(|_| is_link) {
+            Some(joint) => Ok((Some(start(LogChannel::LinkEncoder) + joint), false)),
+            None => Err(LeftOut::NoChannel("external axis, force or torque")),
         };
-        let mut said = channel_of(&words, zero_based);
-        // A time rises; without a header that says so, the first column that does is it.
-        if matches!(said, Said::Channel(TIME, _)) && !rises() {
-            said = Said::LeftOut(LeftOut::Unknown);
+    }
+    let column = match (component, joint) {
+        (Some(c), Some(r)) => {
+            let is_point = of(Reflector, &[Point, Place]) && reading.joint.is_none();
+            (is_point && r < REFLECTORS && c < 3).then(|| reflector(r).start + c)
         }
-        if k == 0 && rises() && raw.rows > 2 && raw.entry.dialect.header == 0 {
-            said = Said::Channel(TIME, false);
+        (Some(_), None) if number.is_some() => None,
+        (Some(3), None) => of(Quaternion, &[Pose]).then_some(QUATERNION.start),
+        (Some(c), None) => {
+            if of(Force, &[Wrench]) {
+                Some(start(LogChannel::Force) + c)
+            } else if of(Moment, &[Torque, Wrench]) || of(Torque, &[Wrench]) {
+                Some(start(LogChannel::Moment) + c)
+            } else if of(Quaternion, &[Pose]) {
+                Some(QUATERNION.start + 1 + c)
+            } else if of(Rotation, &[Angle, Pose]) {
+                Some(start(LogChannel::Rotation) + c)
+            } else {
+                reading.only(&[Place, Point, Pose]).then_some(POSITION + c)
+            }
         }
-        if values.is_none() {
-            said = Said::LeftOut(LeftOut::NoNumbers);
+        (None, Some(joint)) => {
+            if of(Current, &[Joint]) {
+                return Ok((Some(TORQUE + joint), true));
+            }
+            // "The current position" is the present one.
+            let drive = [Torque, Moment, Joint, Current];
+            if of(Torque, &drive) || of(Moment, &drive) {
+                Some(TORQUE + joint)
+            } else if of(Link, &of_angle) {
+                Some(start(LogChannel::LinkEncoder) + joint)
+            } else {
+                let angle = [Joint, Encoder, Angle, Place, Current];
+                (named && reading.only(&angle)).then_some(ENCODER + joint)
+            }
         }
-        let (mut grounds, mut doubts) = (vec![Ground::Header], Vec::new());
-        let mapping = match said {
-            Said::LeftOut(why) => Err(why),
-            Said::Channel(column, current) => {
-                let held = dimension(column);
-                let of = unit.and_then(unit_named);
-                let fits = of.filter(|u| u.dimension.is_none_or(|d| d == held));
-                let unit = match fits {
+        (None, None) if number.is_some() => None,
+        (None, None) => {
+            if of(Time, &[]) || of(Counter, &[]) {
+                Some(TIME)
+            } else if of(Spindle, &[Speed]) {
+                Some(start(LogChannel::Spindle))
+            } else {
+                of(Payload, &[]).then_some(start(LogChannel::Payload))
+            }
+        }
+    };
+    Ok((column, false))
+}
+
+impl NamedColumns {
+    /// A unit in the header, or in the row below it, is one of what the header names.
+    fn check_units(&mut self, raw: &Raw) {
+        for (claim, below) in self.claims.iter_mut().zip(&raw.units) {
+            let Ok(own) = claim else { continue };
+            own.unit = own.unit.or(*below);
+            let Some(unit) = own.unit else { continue };
+            let held = dimension(own.column);
+            let factored = matches!(held, Dimension::Torque | Dimension::Force | Dimension::Angle);
+            if !unit.dimension.map_or(factored, |dimension| dimension == held) {
+                *claim = Err(LeftOut::OtherUnit(unit.name));
+            } else if unit.dimension.is_some() {
+                own.amperes = false;
+            }
+        }
+    }
+
+    /// A time rises. Without a header the first column that does may be it; of several the first
+    /// one that is no mere count is.
+    fn check_times(&mut self, raw: &Raw, readings: &[Option<Reading>]) {
+        let rises = |k: usize| {
+            let Some(values) = raw.values[k].as_ref() else { return false };
+            let up = values.windows(2).filter(|pair| pair[1] > pair[0]).count();
+            // A row that was written twice, or two that were exchanged, are told when it is read.
+            2 * up > values.len()
+        };
+        let headed = raw.entry.dialect.header > 0 || !raw.text;
+        if let Some(first) = self.claims.first_mut()
+            && *first == Err(LeftOut::Unknown)
+            && (!headed && raw.rows > 2 && rises(0))
+        {
+            let unit = raw.units[0];
+            *first = Ok(Claim { ground: Ground::Rises, ..Claim::plain(TIME, unit) });
+        }
+        let is_time =
+            |claim: &Result<Claim, LeftOut>| claim.as_ref().is_ok_and(|c| c.column == TIME);
+        let times: Vec<usize> =
+            (0..self.claims.len()).filter(|k| is_time(&self.claims[*k])).collect();
+        let counts = |k: &usize| readings[*k].as_ref().is_some_and(|r| r.has(Quantity::Counter));
+        let rising = || times.iter().copied().filter(|k| rises(*k));
+        let chosen = rising().find(|k| !counts(k)).or_else(|| rising().next());
+        for k in times {
+            if !rises(k) {
+                self.claims[k] = Err(LeftOut::NotRising);
+            } else if let Some(chosen) = chosen.filter(|chosen| *chosen != k) {
+                self.claims[k] = Err(LeftOut::Twice(raw.names[chosen].clone()));
+            }
+        }
+    }
+
+    /// Vectors of which a part is nothing.
+    fn only_whole_vectors(&mut self) {
+        let mut vectors = vec![LogChannel::Position.columns(), LogChannel::Rotation.columns()];
+        vectors.extend([ABC, QUATERNION, MATRIX]);
+        vectors.extend((0..REFLECTORS).map(reflector));
+        for vector in vectors {
+            let of_vector = |claim: &Claim| vector.contains(&claim.column);
+            let claims = self.claims.iter().filter_map(|claim| claim.as_ref().ok());
+            let mut there: Vec<(String, usize)> = claims
+                .filter(|claim| of_vector(claim))
+                .map(|claim| (claim.family.clone(), claim.column))
+                .collect();
+            there.sort_unstable();
+            there.dedup();
+            for claim in &mut self.claims {
+                let Ok(own) = claim else { continue };
+                let count = there.iter().filter(|(family, _)| *family == own.family).count();
+                if of_vector(own) && count < vector.len() {
+                    *claim = Err(LeftOut::Incomplete);
+                }
+            }
+        }
+    }
+
+    /// Names of the families that claim a tracker's position.
+    pub(super) fn positions(&self) -> Vec<String> {
+        let claims = self.claims.iter().filter_map(|claim| claim.as_ref().ok());
+        let of = claims.filter(|claim| LogChannel::Position.columns().contains(&claim.column));
+        let mut families: Vec<String> = of.map(|claim| claim.family.clone()).collect();
+        families.sort_unstable();
+        families.dedup();
+        families
+    }
+
+    /// Leaves out all claims of a position, but those of `family`.
+    pub(super) fn keep_position(&mut self, family: Option<&str>) {
+        for claim in &mut self.claims {
+            let Ok(own) = claim else { continue };
+            let position = LogChannel::Position.columns().contains(&own.column);
+            if position && Some(own.family.as_str()) != family {
+                *claim = Err(LeftOut::Unknown);
+            }
+        }
+    }
+
+    /// Leaves out a pose: the position of this family, and a rotation of the same name.
+    pub(super) fn leave_out_pose(&mut self, position: &str, why: &LeftOut) {
+        for claim in &mut self.claims {
+            let Ok(own) = claim else { continue };
+            let is_position = LogChannel::Position.columns().contains(&own.column);
+            if (is_position || own.is_rotation()) && own.family == position {
+                *claim = Err(why.clone());
+            }
+        }
+    }
+
+    /// The columns of a file as they are proposed.
+    pub(super) fn proposed(&self, file: usize, raw: &Raw) -> Vec<ProposedColumn> {
+        let column = |(k, header): (usize, &String)| {
+            let range = raw.values[k].as_ref().map(|values| {
+                let finite = values.iter().copied().filter(|x| x.is_finite());
+                finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
+            });
+            let (mut grounds, mut doubts) = (Vec::new(), Vec::new());
+            let mapping = self.claims[k].clone().map(|claim| {
+                grounds.push(claim.ground);
+                if claim.ground != Ground::Header {
+                    doubts.push(Doubt::Channel);
+                }
+                let unit = match claim.unit {
                     Some(unit) => {
                         grounds.push(Ground::UnitInHeader);
                         unit.name
                     }
-                    None if current => "A",
-                    None => held.unit(),
+                    None if claim.amperes => "A",
+                    None => dimension(claim.column).unit(),
                 };
-                let raw_unit = unit_named(unit).is_some_and(|u| u.dimension.is_none());
-                if raw_unit {
+                if unit_named(unit).is_some_and(|unit| unit.dimension.is_none()) {
                     doubts.push(Doubt::Factor);
                 }
-                let mapping = ColumnMapping {
-                    header: header.clone(),
-                    column,
-                    unit,
-                    factor: 1.0,
-                    offset: 0.0,
-                };
-                Ok(mapping)
-            }
+                let header = header.clone();
+                ColumnMapping { header, column: claim.column, unit, factor: 1.0, offset: 0.0 }
+            });
+            ProposedColumn { file, header: header.clone(), range, mapping, grounds, doubts }
         };
-        ProposedColumn { file, header: header.clone(), range, mapping, grounds, doubts }
-    };
-    raw.names.iter().enumerate().map(column).collect()
+        raw.names.iter().enumerate().map(column).collect()
+    }
 }
 
-/// A channel has one column, but for the time, of which every file has one. The first one wins.
-pub(super) fn only_once(columns: &mut [ProposedColumn]) {
-    for k in 0..columns.len() {
-        let Ok(mapping) = &columns[k].mapping else { continue };
-        let (column, file) = (mapping.column, columns[k].file);
-        let same = |c: &ProposedColumn| c.is(column) && (column != TIME || c.file == file);
-        if columns[..k].iter().any(same) {
-            columns[k].mapping = Err(LeftOut::Twice);
+impl Claim {
+    fn plain(column: usize, unit: Option<&'static Unit>) -> Self {
+        Self {
+            column,
+            amperes: false,
+            role: Role::Plain,
+            family: String::new(),
+            unit,
+            ground: Ground::Header,
+        }
+    }
+
+    /// Which of two claims stands: a torque before a current, what was measured before the rest.
+    fn rank(&self) -> (bool, Role) {
+        (!self.amperes, self.role)
+    }
+
+    /// True where a log has room for one of two.
+    fn rivals(&self, other: &Self) -> bool {
+        self.column == other.column || (self.is_rotation() && other.is_rotation())
+    }
+
+    fn is_rotation(&self) -> bool {
+        let forms = [LogChannel::Rotation.columns(), ABC, QUATERNION, MATRIX];
+        forms.iter().any(|form| form.contains(&self.column))
+    }
+
+    /// True of columns that are taken together: of one file, name and channel.
+    fn is_with(&self, other: &Self) -> bool {
+        let channel =
+            |claim: &Self| (claim.column < COUNT).then(|| LogChannel::of(claim.column).0.id);
+        self.family == other.family && channel(self) == channel(other)
+    }
+}
+
+/// Several columns of one channel: a set that was measured stands before one that was not; where
+/// nothing tells which, neither is taken, unless both say the same.
+pub(super) fn settle(named: &mut [NamedColumns], raws: &[Raw]) {
+    let all: Vec<(usize, usize, Claim)> = named
+        .iter()
+        .enumerate()
+        .flat_map(|(file, columns)| {
+            let claims = columns.claims.iter().enumerate();
+            claims.filter_map(move |(k, claim)| Some((file, k, claim.as_ref().ok()?.clone())))
+        })
+        .filter(|(.., claim)| claim.column != TIME)
+        .collect();
+    let same = |a: (usize, usize), b: (usize, usize)| {
+        let (Some(a), Some(b)) = (&raws[a.0].values[a.1], &raws[b.0].values[b.1]) else {
+            return false;
+        };
+        let equal = |(a, b): (&f64, &f64)| a == b || (a.is_nan() && b.is_nan());
+        a.len() == b.len() && a.iter().zip(b).all(equal)
+    };
+    let mut verdicts: Vec<Option<LeftOut>> = vec![None; all.len()];
+    for (i, (file, k, claim)) in all.iter().enumerate() {
+        for (j, (other_file, other_k, other)) in all.iter().enumerate() {
+            let together = file == other_file && claim.is_with(other);
+            if i == j || !claim.rivals(other) || (together && claim.column != other.column) {
+                continue;
+            }
+            let header = || raws[*other_file].names[*other_k].clone();
+            // Of forms of one rotation the quaternion, which needs no convention, else the first.
+            let form = |claim: &Claim| u8::from(!QUATERNION.contains(&claim.column));
+            let forms = file == other_file && claim.column != other.column;
+            let first = |same: bool| same && (form(claim), i) < (form(other), j);
+            let is_same = forms || same((*file, *k), (*other_file, *other_k));
+            let verdict = match claim.rank().cmp(&other.rank()) {
+                Ordering::Greater => continue,
+                Ordering::Equal if first(is_same) => continue,
+                Ordering::Equal if !is_same => LeftOut::Rival(header()),
+                _ => LeftOut::Twice(header()),
+            };
+            verdicts[i].get_or_insert(verdict);
+        }
+    }
+    // A set is taken or left as a whole.
+    let sets: Vec<Option<LeftOut>> = all
+        .iter()
+        .map(|(file, _, claim)| {
+            let mut members = all
+                .iter()
+                .zip(&verdicts)
+                .filter(|((other_file, _, other), _)| file == other_file && claim.is_with(other));
+            members.find_map(|(_, verdict)| verdict.clone())
+        })
+        .collect();
+    for ((file, k, _), (own, of_set)) in all.into_iter().zip(verdicts.into_iter().zip(sets)) {
+        if let Some(verdict) = own.or(of_set) {
+            named[file].claims[k] = Err(verdict);
         }
     }
 }
@@ -230,52 +520,254 @@ pub(super) fn only_once(columns: &mut [ProposedColumn]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::data::log::columns::channel_name;
+    use crate::data::log::files::FileEntry;
+    use crate::data::log::text::Dialect;
 
-    fn channel(header: &str) -> String {
-        match channel_of(&words(header).0, false) {
-            Said::Channel(column, _) => channel_name(column).to_owned(),
-            Said::LeftOut(why) => format!("{why:?}"),
+    /// A file of columns that rise.
+    fn raw(headers: &[&str]) -> Raw {
+        let names: Vec<String> = headers.iter().map(|header| (*header).to_owned()).collect();
+        let rising = |k: usize| Some((0..8).map(|row| (row + k) as f64).collect());
+        Raw::of_values(
+            FileEntry {
+                written: "a.csv".to_owned(),
+                path: "a.csv".into(),
+                clock: None,
+                dialect: Dialect::PLAIN,
+                topic: None,
+            },
+            names,
+            (0..headers.len()).map(rising).collect(),
+        )
+    }
+
+    /// What the columns of a file with these headers become.
+    fn settled(raw: Raw, joints: &[&str]) -> Vec<String> {
+        let joints: Vec<String> = joints.iter().map(|name| (*name).to_owned()).collect();
+        let raws = [raw];
+        let mut named = [NamedColumns::of(&raws[0], &joints)];
+        settle(&mut named, &raws);
+        let columns = named[0].proposed(0, &raws[0]);
+        let shown = |column: &ProposedColumn| match &column.mapping {
+            Ok(mapping) => channel_name(mapping.column).to_owned(),
+            Err(why) => format!("{why:?}"),
+        };
+        columns.iter().map(shown).collect()
+    }
+
+    fn channels(headers: &[&str]) -> Vec<String> {
+        settled(raw(headers), &[])
+    }
+
+    /// Six headers, `#` counting from a number.
+    fn six(pattern: &str, from: usize) -> Vec<String> {
+        (from..from + JOINTS).map(|n| pattern.replace('#', &n.to_string())).collect()
+    }
+
+    fn are_read_as(headers: &[impl AsRef<str>], expected: &[impl AsRef<str>]) {
+        let headers: Vec<&str> = headers.iter().map(AsRef::as_ref).collect();
+        let expected: Vec<&str> = expected.iter().map(AsRef::as_ref).collect();
+        assert_eq!(channels(&headers), expected, "{headers:?}");
+    }
+
+    #[test]
+    fn axes_of_several_makers_are_taken_as_sets_of_six() {
+        for (pattern, from, channel) in [
+            ("A#", 1, "qe"),
+            ("J# [deg]", 1, "qe"),
+            ("$AXIS_ACT_MEAS.A#", 1, "qe"),
+            ("AIPos_A#", 1, "qe"),
+            ("Receive.AIPos.A#", 1, "qe"),
+            ("actual_q_#", 0, "qe"),
+            ("q[#]", 0, "qe"),
+            ("q[#]", 1, "qe"),
+            ("position joint_a#", 1, "qe"),
+            ("joint_states.position[#]", 0, "qe"),
+            ("rax_#", 1, "qe"),
+            ("theta#", 1, "qe"),
+            ("JT#", 1, "qe"),
+            ("Axe #", 1, "qe"),
+            ("Achse # Istwinkel [Grad]", 1, "qe"),
+            ("Istposition A#", 1, "qe"),
+            ("轴#", 1, "qe"),
+            ("current joint position #", 1, "qe"),
+            ("Link encoder #", 1, "ql"),
+            ("External encoder A#", 1, "ql"),
+            ("effort joint_a#", 1, "tm"),
+            ("MOT_TRQ_#", 1, "tm"),
+            ("tau_J[#]", 0, "tm"),
+            ("Motor torque A# [Nm]", 1, "tm"),
+            ("Istmoment A#", 1, "tm"),
+            ("Drehmoment A# [Nm]", 1, "tm"),
+            ("MACur_A#", 1, "tm"),
+            ("actual_current_#", 0, "tm"),
+        ] {
+            let expected: Vec<String> = (1..=JOINTS).map(|n| format!("{channel}{n}")).collect();
+            are_read_as(&six(pattern, from), &expected);
         }
     }
 
     #[test]
-    fn headers_of_several_makers_are_understood() {
-        for (header, expected) in [
-            ("Zeit [s]", "t"),
-            ("Timestamp", "t"),
-            ("AXIS_ACT.A3", "qe3"),
-            ("$AXIS_ACT_MEAS.A1", "qe1"),
-            ("AIPos_A6", "qe6"),
-            ("joint_2 (deg)", "qe2"),
-            ("position joint_a5", "qe5"),
-            ("effort joint_a5", "tm5"),
-            ("MACur_A4", "tm4"),
-            ("MOT_TRQ_1", "tm1"),
-            ("Drehmoment A2 [Nm]", "tm2"),
-            ("Fx (N)", "fx"),
-            ("force.z", "fz"),
-            ("torque.x", "mx"),
-            ("Tz [Nm]", "mz"),
-            ("X [mm]", "px"),
-            ("orientation.w", "qw"),
-            ("orientation.x", "qx"),
-            ("R2_Y", "reflector2_y"),
-            ("SMR3 Z [mm]", "reflector3_z"),
-            ("B", "b"),
-            ("Rz", "rz"),
-            ("Spindeldrehzahl", "spindle"),
-            ("Spindle speed [rpm]", "spindle"),
-            ("AXIS_SOLL_A1", "Commanded"),
-            ("velocity joint_a1", "Unknown"),
-            ("gripper", "Unknown"),
-            ("payload_kg", "payload"),
-            ("tm1_nm", "tm1"),
-            ("px_mm", "px"),
+    fn vectors_and_single_channels_are_known_by_their_names() {
+        for (headers, expected) in [
+            (vec!["Zeit [s]"], vec!["t"]),
+            (vec!["Uhrzeit"], vec!["t"]),
+            (vec!["epoch"], vec!["t"]),
+            (vec!["X_Value"], vec!["t"]),
+            (vec!["Fx (N)", "Fy (N)", "F_z [kN]"], vec!["fx", "fy", "fz"]),
+            (vec!["wrench.force.x", "wrench.torque.y", "Tz [Nm]"], vec!["fx", "my", "mz"]),
+            (vec!["Axial force"], vec!["fz"]),
+            (vec!["Axialkraft"], vec!["fz"]),
+            (vec!["X [mm]", "Y [mm]", "Z [mm]"], vec!["px", "py", "pz"]),
+            (vec!["X", "Y", "Z", "A", "B", "C"], vec!["px", "py", "pz", "a", "b", "c"]),
+            (
+                vec!["orientation.x", "orientation.y", "orientation.z", "orientation.w"],
+                vec!["qx", "qy", "qz", "qw"],
+            ),
+            (vec!["Rx", "Ry", "Rz"], vec!["rx", "ry", "rz"]),
+            (vec!["R2_X", "R2_Y", "R2_Z"], vec!["reflector2_x", "reflector2_y", "reflector2_z"]),
+            (
+                vec!["SMR3 Z", "SMR3 Y", "SMR3 X"],
+                vec!["reflector3_z", "reflector3_y", "reflector3_x"],
+            ),
+            (vec!["Spindeldrehzahl"], vec!["spindle"]),
+            (vec!["Spindle speed [rpm]"], vec!["spindle"]),
+            (vec!["spindle_rad_s"], vec!["spindle"]),
+            (vec!["payload_kg", "tm1_nm", "t_s"], vec!["payload", "tm1", "t"]),
         ] {
-            assert_eq!(channel(header), expected, "{header}");
+            are_read_as(&headers, &expected);
         }
-        assert_eq!(words("AXIS_1 [deg]").1, Some("deg"));
-        assert_eq!(words("px_mm").1, Some("mm"));
+    }
+
+    /// No channel is any of these, whatever letters and numbers it has.
+    #[test]
+    fn other_quantities_of_the_same_axes_are_no_channels() {
+        for header in [
+            "Sollposition A1",
+            "AXIS_SOLL_A1",
+            "target_q_0",
+            "Send.RKorr.X",
+            "AKorr.A1",
+            "ASPos_A1",
+            "RSol.X",
+            "q_d[1]",
+            "tau_J_d[1]",
+            "J1 setpoint",
+            "Axis 1 reference",
+            "Nominal angle 1",
+            "RIst.X",
+            "$POS_ACT.X",
+            "X_act",
+            "actual_TCP_pose_0",
+            "Robot X",
+            "Istposition X",
+            "Max torque 1",
+            "Torque limit A1",
+            "torque_A1_min",
+            "Holding torque 1",
+            "External torque 1",
+            "tau_ext[1]",
+            "Load ratio A1",
+            "Auslastung A1",
+            "Motor speed axis 1",
+            "Drehzahl A1",
+            "velocity joint_a1",
+            "actual_qd_0",
+            "Tool speed x",
+            "gyro_x",
+            "std_x",
+            "Motortemperatur A1",
+            "joint_temperatures_0",
+            "Motor temperature 1",
+            "PWM 1",
+            "Brake A1",
+            "Schleppfehler A1",
+            "Following error A1",
+            "joint_control_output_0",
+            "Voltage A1",
+            "E1",
+            "status A1",
+            "Override",
+        ] {
+            let [told] = &channels(&[header])[..] else { panic!("{header}") };
+            let reasons = ["Commanded", "Computed", "Limit", "NoChannel"];
+            assert!(reasons.iter().any(|reason| told.starts_with(reason)), "{header}: {told}");
+        }
+        for header in [
+            "gripper",
+            "A7",
+            "digital output 3",
+            "Sensor 4",
+            "M1",
+            "T1",
+            "x1",
+            "S",
+            "B",
+            "elbow_joint",
+            "temp_ratio_foo",
+            "Comment",
+            "Samples",
+            "flow rate 2",
+            "A1 B2",
+            "1",
+        ] {
+            assert_eq!(channels(&[header]), ["Unknown"], "{header}");
+        }
+        // A vector is taken whole.
+        assert_eq!(channels(&["X [mm]", "Y [mm]"]), ["Incomplete", "Incomplete"]);
+        // An angular speed under the name of an angle.
+        assert_eq!(channels(&["A1 [deg/s]"]), ["OtherUnit(\"deg/s\")"]);
+        // Seven axes.
+        let seven: Vec<String> = (0..=JOINTS).map(|n| format!("q[{n}]")).collect();
+        are_read_as(&seven, &["Unknown"; JOINTS + 1]);
+        let pose = channels(&["X", "Y", "Z", "W", "P", "R"]);
+        assert!(pose.iter().all(|told| told == "Computed"), "FANUC: {pose:?}");
+    }
+
+    #[test]
+    fn joints_are_known_by_their_names() {
+        let qe: Vec<String> = (1..=JOINTS).map(|n| format!("qe{n}")).collect();
+        let ur = [
+            "shoulder_pan_joint",
+            "shoulder_lift_joint",
+            "elbow_joint",
+            "wrist_1_joint",
+            "wrist_2_joint",
+            "wrist_3_joint",
+        ];
+        are_read_as(&ur, &qe);
+        let motoman = ["s", "l", "u", "r", "b", "t"];
+        are_read_as(&motoman.map(|name| format!("position joint_{name}")), &qe);
+        are_read_as(&motoman.map(str::to_uppercase), &qe);
+        // A part of the names says nothing, and gives no wrong number.
+        assert!(channels(&ur[2..]).iter().all(|told| told == "Unknown"));
+        // The robot file's names lead, in whatever order they count.
+        let mut joints = ur;
+        joints.reverse();
+        let told = settled(raw(&["wrist_3_joint", "effort elbow_joint"]), &joints);
+        assert_eq!(told, ["qe1", "tm4"]);
+    }
+
+    #[test]
+    fn four_numbers_of_length_one_are_a_quaternion() {
+        let headers = ["rax_1", "x", "y", "z", "q1", "q2", "q3", "q4"];
+        let mut file = raw(&headers);
+        let half = |row: f64| [(0.1 * row).cos(), 0.0, (0.1 * row).sin(), 0.0];
+        for c in 0..4 {
+            file.values[4 + c] = Some((0..8).map(|row| half(f64::from(row))[c]).collect());
+        }
+        assert_eq!(settled(file, &[]), ["qe1", "px", "py", "pz", "qw", "qx", "qy", "qz"]);
+        assert_eq!(channels(&headers)[4], "Rival(\"rax_1\")");
+    }
+
+    #[test]
+    fn of_several_sets_the_measured_one_is_taken_and_equal_ones_are_told() {
+        let told = channels(&["torque_1", "actual_current_1", "A1", "Measured angle A1"]);
+        assert_eq!(told, ["tm1", "Twice(\"torque_1\")", "Twice(\"Measured angle A1\")", "qe1"]);
+        let told = channels(&["A1", "A2", "J1", "J2"]);
+        assert!(told.iter().all(|told| told.starts_with("Rival")), "{told:?}");
+        // The same numbers twice are no question.
+        let mut file = raw(&["A1", "J1"]);
+        file.values[1] = file.values[0].clone();
+        assert_eq!(settled(file, &[]), ["qe1", "Twice(\"A1\")"]);
     }
 }

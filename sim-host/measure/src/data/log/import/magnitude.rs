@@ -36,7 +36,10 @@ pub(super) fn units_by_magnitude(columns: &mut [ProposedColumn], raws: &[Raw]) {
                 .position(|name| name == step)
                 .and_then(|k| raws[file].values[k].as_deref())
                 .map_or(0.0, median_step);
-            let (unit, sure) = by_magnitude(dimension(group.start), most, step, group.start);
+            let (unit, sure) = match (dimension(group.start), epoch(most, step)) {
+                (Dimension::Time, Some(unit)) => (unit, true),
+                (held, _) => by_magnitude(held, most, step, group.start),
+            };
             for k in of_file {
                 if let Ok(mapping) = &mut columns[k].mapping {
                     mapping.unit = unit;
@@ -66,6 +69,14 @@ fn groups() -> Vec<Range<usize>> {
     groups.push(MATRIX);
     groups.push(reflector(0).start..ALL);
     groups
+}
+
+/// The unit of times that count from 1970 and of years from 2001 to 2096, where rows are then less than
+/// a minute apart.
+fn epoch(most: f64, step: f64) -> Option<&'static str> {
+    let units = [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)];
+    let of_years = |factor: f64| (1e9..4e9).contains(&(most / factor)) && step < 60.0 * factor;
+    units.into_iter().find(|(_, factor)| of_years(*factor)).map(|(unit, _)| unit)
 }
 
 /// The unit that values of this size are in, and whether only one fits.

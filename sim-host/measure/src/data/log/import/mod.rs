@@ -6,6 +6,7 @@
 
 mod header;
 mod magnitude;
+mod names;
 mod proposal;
 mod raw;
 mod signs;
@@ -13,12 +14,14 @@ mod signs;
 pub use proposal::{Doubt, Ground, LeftOut, Proposal, ProposedColumn, ProposedFile};
 
 use super::columns::channel_name;
+use super::computed;
 use super::files::FileEntry;
 use super::source;
 use super::text::Dialect;
 use crate::data::channel::{CHANNELS, LogChannel};
 use crate::data::kind::LogKind;
 use crate::data::resample::median_step;
+use header::NamedColumns;
 use raw::{ENCODER, Raw, TIME, TORQUE, file_of, series};
 use std::path::{Path, PathBuf};
 use trueweld_core::JOINTS;
@@ -51,34 +54,94 @@ pub fn propose(
             None => raws.push(raw::read(entry)?),
         }
     }
-    let mut columns: Vec<ProposedColumn> = Vec::new();
-    for (file, raw) in raws.iter().enumerate() {
-        columns.extend(header::of_file(file, raw));
+    let joints = robot.map_or(&[][..], |robot| &robot.joint_names);
+    let mut named: Vec<NamedColumns> =
+        raws.iter().map(|raw| NamedColumns::of(raw, joints)).collect();
+    if let Some(robot) = robot {
+        leave_out_rigid(&mut named, &raws, robot, kind);
     }
-    header::only_once(&mut columns);
-    magnitude::units_by_magnitude(&mut columns, &raws);
-    signs::signs_by_limits(&mut columns, robot);
-    let mut files: Vec<ProposedFile> = raws.iter().map(raw::proposed_file).collect();
-    for (file, proposed) in files.iter_mut().enumerate() {
-        let time = series(&columns, &raws, Some(file), TIME);
-        proposed.period = time.as_deref().map(median_step).filter(|step| *step > 0.0);
-    }
-    name_clocks(&mut files, &columns, &raws);
-    let (guess, sure) = kind_of(&columns, &files);
-    let kind_given = kind.is_some();
-    let kind = kind.unwrap_or(guess);
+    header::settle(&mut named, &raws);
+    let Draft { mut columns, mut files, kind, kind_sure } = Draft::new(&named, &raws, robot, kind);
     if let Some(robot) = robot {
         signs::motion(&mut columns, &mut files, &raws, robot, kind);
         signs::torque_signs(&mut columns, &raws, robot);
     }
+    let period_open = file_of(&columns, ENCODER).is_some_and(|own| files[own].period.is_none());
     let needed = CHANNELS.iter().filter(|c| c.needed.contains(&kind));
     let missing = needed
         .flat_map(|channel| channel.id.columns())
-        .filter(|column| file_of(&columns, *column).is_none())
+        .filter(|column| file_of(&columns, *column).is_none() && !(period_open && *column == TIME))
         .map(channel_name)
         .collect();
-    Ok(Proposal { files, columns, kind, kind_sure: kind_given || sure, missing })
+    Ok(Proposal { files, columns, kind, kind_sure, period_open, missing })
 }
+
+/// Columns and files before signs are told by motion.
+struct Draft {
+    columns: Vec<ProposedColumn>,
+    files: Vec<ProposedFile>,
+    kind: LogKind,
+    kind_sure: bool,
+}
+
+impl Draft {
+    fn new(
+        named: &[NamedColumns],
+        raws: &[Raw],
+        robot: Option<&RobotFile>,
+        kind: Option<LogKind>,
+    ) -> Self {
+        let mut columns: Vec<ProposedColumn> = Vec::new();
+        for (file, (named, raw)) in named.iter().zip(raws).enumerate() {
+            columns.extend(named.proposed(file, raw));
+        }
+        magnitude::units_by_magnitude(&mut columns, raws);
+        signs::signs_by_limits(&mut columns, robot);
+        let mut files: Vec<ProposedFile> = raws.iter().map(raw::proposed_file).collect();
+        for (file, proposed) in files.iter_mut().enumerate() {
+            let time = series(&columns, raws, Some(file), TIME);
+            proposed.period = time.as_deref().map(median_step).filter(|step| *step > 0.0);
+        }
+        name_clocks(&mut files, &columns, raws);
+        let (guess, sure) = kind_of(&columns, &files);
+        Self { columns, files, kind: kind.unwrap_or(guess), kind_sure: kind.is_some() || sure }
+    }
+}
+
+/// Leaves out poses at the times of the encoders that agree with them and a rigid robot: each is tried as if
+/// it were the tracker's.
+fn leave_out_rigid(
+    named: &mut [NamedColumns],
+    raws: &[Raw],
+    robot: &RobotFile,
+    kind: Option<LogKind>,
+) {
+    let draft = |kept: Option<(usize, &str)>| {
+        let mut tried = named.to_vec();
+        for (file, columns) in tried.iter_mut().enumerate() {
+            let family = kept.filter(|(of, _)| *of == file).map(|(_, family)| family);
+            columns.keep_position(family);
+        }
+        header::settle(&mut tried, raws);
+        Draft::new(&tried, raws, Some(robot), kind)
+    };
+    let without = draft(None);
+    let Some(own) = file_of(&without.columns, ENCODER) else { return };
+    let time = |file: usize| series(&without.columns, raws, Some(file), TIME);
+    let mut found = Vec::new();
+    for file in (0..named.len()).filter(|file| *file == own || time(*file) == time(own)) {
+        for family in named[file].positions() {
+            let Draft { mut columns, mut files, kind, .. } = draft(Some((file, family.as_str())));
+            signs::motion(&mut columns, &mut files, raws, robot, kind);
+            let [own, seen] = [own, file].map(|file| raw::track(&columns, raws, file));
+            found.extend(computed::rigid(&own, &seen, robot).map(|rigid| (file, family, rigid)));
+        }
+    }
+    for (file, family, rigid) in found {
+        named[file].leave_out_pose(&family, &LeftOut::Rigid(rigid));
+    }
+}
+
 /// A file whose times are others than those of the encoders has a clock of its own.
 fn name_clocks(files: &mut [ProposedFile], columns: &[ProposedColumn], raws: &[Raw]) {
     let Some(own) = file_of(columns, ENCODER) else { return };

@@ -4,6 +4,7 @@
 use crate::data::clock::FittedClock;
 use crate::data::kind::LogKind;
 use crate::data::log::columns::ColumnMapping;
+use crate::data::log::computed::Rigid;
 use std::path::PathBuf;
 
 /// What a proposed part rests on.
@@ -11,7 +12,11 @@ use std::path::PathBuf;
 pub enum Ground {
     /// The header names the channel.
     Header,
-    /// The header states the unit.
+    /// There is no header; the values rise as a time does.
+    Rises,
+    /// There is no header; a comment above names as many columns as have decimals.
+    Comment,
+    /// The header, or the row below it, states the unit.
     UnitInHeader,
     /// The values are of this size in one unit alone.
     Magnitude,
@@ -32,6 +37,8 @@ pub enum Ground {
 /// What is only a guess in a proposed part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Doubt {
+    /// Nothing names the column.
+    Channel,
     /// The values fit several units; this is the usual one.
     Unit,
     /// The motion of the encoders says a unit a thousand times as large or as small as the header.
@@ -43,14 +50,30 @@ pub enum Doubt {
 }
 
 /// Why a column is left out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum LeftOut {
-    /// Its header says nothing that is known.
+    /// A word of its header is not known, or they name no channel together.
     Unknown,
     /// It was commanded, not measured.
     Commanded,
-    /// Another column is the same channel.
-    Twice,
+    /// The controller computes it from its encoders.
+    Computed,
+    /// It agrees with what the encoders and a rigid robot come to as closely as it is written.
+    Rigid(Rigid),
+    /// A limit, not a reading.
+    Limit,
+    /// Something that is no channel: what.
+    NoChannel(&'static str),
+    /// Its unit is not one of what its header names: which.
+    OtherUnit(&'static str),
+    /// Its header names a time, and its values do not rise.
+    NotRising,
+    /// Other components of its vector are not there.
+    Incomplete,
+    /// The column with this header is the same channel, and is nearer to an instrument.
+    Twice(String),
+    /// The column with this header claims the same channel, and nothing tells which was measured.
+    Rival(String),
     /// It does not hold numbers.
     NoNumbers,
 }
@@ -118,6 +141,9 @@ pub struct Proposal {
     pub kind: LogKind,
     /// True where the kind was given, or only one fits.
     pub kind_sure: bool,
+    /// True where no column of the encoders' file is its time: its rows are even, at a period that
+    /// has to be stated.
+    pub period_open: bool,
     /// Channels that every log of this kind needs and no column is.
     pub missing: Vec<&'static str>,
 }

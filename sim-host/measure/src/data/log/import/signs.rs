@@ -241,7 +241,8 @@ pub(super) fn motion(
 /// Rotation vectors of the tool, in whatever form a file has them.
 fn rotations(columns: &[ProposedColumn], raws: &[Raw], file: usize) -> Option<Vec<Vector3<f64>>> {
     let of = |column: usize| series(columns, raws, Some(file), column);
-    let mut track = Track { clock: None, columns: (0..ALL).map(of).collect() };
+    let columns = (0..ALL).map(of).collect();
+    let mut track = Track { clock: None, columns, rounding: vec![0.0; ALL] };
     to_rotation_vectors(&mut track);
     let rotation = LogChannel::Rotation.columns();
     let rows = 0..track.time().len();
