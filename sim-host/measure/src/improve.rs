@@ -260,15 +260,14 @@ pub fn improve(
         path.try_step(whole, None);
     }
     let Path { steps, rejected, mut discovered, reached, .. } = path;
-    // The values of the improved model, where all were fitted together once more.
-    for law in &mut discovered {
+    // Those that the improved model has, with its values: all were fitted together once more.
+    discovered.retain_mut(|law| {
         let own = &law.effect.effect;
         let same =
             |f: &&FittedEffect| std::ptr::eq(f.effect.kind, own.kind) && f.effect.at == own.at;
-        if let Some(last) = steps.last().and_then(|step| step.effects.iter().find(same)) {
-            law.effect = last.clone();
-        }
-    }
+        let last = steps.last().and_then(|step| step.effects.iter().find(same));
+        last.map(|last| law.effect = last.clone()).is_some()
+    });
     let verdict = match &reached {
         Some(fitted)
             if diagnosis.verdict == Verdict::UnknownEffect

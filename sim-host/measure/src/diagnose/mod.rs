@@ -377,6 +377,7 @@ fn conclude(
     if let Some((name, without)) = answer
         && verdict == Verdict::Adequate
         && !improved.point.each.iter().flatten().any(|e| (e.kind.id, e.at) == name)
+        && !bench.per_log.iter().any(|own| (own.stated.kind.id, own.stated.at) == name)
         && stands_out(bench, &before, &improved.at)
     {
         verdict = Verdict::EffectFound;

@@ -28,10 +28,11 @@ pub fn per_log(bench: &FitProblem, effects: &[PerLogEffect]) -> FitState {
     for effect in effects {
         let start = effect.start();
         let channels = start.kind.calibration.and_then(|c| c.renewed(start.at));
+        let joint = if let Location::Joint(joint) = start.at { Some(joint) } else { None };
         let expected = beside_zeros(bench, &start, &effect.expected);
         for (log, experiment) in bench.experiments.iter().enumerate() {
             let measured =
-                channels.is_none_or(|all| all.iter().any(|c| experiment.measures(*c, None)));
+                channels.is_none_or(|all| all.iter().any(|c| experiment.measures(*c, joint)));
             if measured && experiment.concerns(&start) {
                 point.add_to_log(log, start.clone(), &expected);
             }
