@@ -99,7 +99,8 @@ impl Improvement {
     /// True where the model stays as it was given because what was fitted predicts worse where
     /// nothing was fitted.
     pub fn is_worse_elsewhere(&self) -> bool {
-        let worse = |step: &Rejected| step.held_out > self.first().held_out;
+        let most = self.first().held_out * (1.0 + LEAST);
+        let worse = |step: &Rejected| step.held_out > most;
         self.steps.len() == 1 && self.rejected.iter().any(worse)
     }
 
