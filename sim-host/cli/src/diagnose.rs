@@ -10,7 +10,7 @@ use trueweld_measure::diagnose::{diagnose, tell};
 use trueweld_measure::discover::{discover, settling_experiment};
 use trueweld_measure::experiment::Plan;
 use trueweld_measure::fit::FitProblem;
-use trueweld_measure::residuals::compare::{notices, of_logs};
+use trueweld_measure::residuals::compare::{notices, of_each_log, of_logs};
 use trueweld_measure::residuals::single_load::single_loads;
 use trueweld_output::{DiagnoseReport, experiment_protocol};
 use trueweld_plant::input::ModelFile;
@@ -65,6 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut notices = notices(logs, &after, &diagnosis.improved.at);
     notices.extend(single_loads(logs, &bench.experiments, &diagnosis.improved.at));
     notices.extend(measured.found.notices());
+    notices.extend(of_each_log(&model.robot, logs, &bench.per_log, &diagnosis.each_log));
     arguments.results.write(&DiagnoseReport {
         model,
         diagnosis: &diagnosis,

@@ -5,7 +5,7 @@ use crate::measured::{Budget, Measurements, digests, expect, read_experiments, r
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use trueweld_measure::align::align_clocks;
 use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::data::log::Log;
@@ -13,11 +13,11 @@ use trueweld_measure::diagnose::reason_of_best;
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::improve::{HeldOut, improve, model_file};
 use trueweld_measure::mistakes::find;
-use trueweld_measure::posterior::posterior;
-use trueweld_measure::residuals::compare::{baseline, notices, of_logs};
+use trueweld_measure::posterior::{not_bounded, posterior};
+use trueweld_measure::residuals::compare::{Notice, baseline, notices, of_each_log, of_logs};
 use trueweld_measure::residuals::single_load::single_loads;
 use trueweld_output::{ImproveReport, model_comments};
-use trueweld_plant::input::ModelFile;
+use trueweld_plant::input::{Comments, ModelFile, Posterior};
 
 /// Arguments of `improve`.
 #[derive(Args)]
@@ -71,28 +71,42 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let done = improve(&bench, logs, held_out.as_ref(), &|what, share| progress.stage(what, share));
     progress.finish();
     let improvement = done.into_diagnostic()?;
-    let (file, origins) = model_file(&improvement, model);
-    let posterior = posterior(&bench, logs, &improvement, &model.robot).into_diagnostic()?;
-    let file = file.with_posterior(posterior.clone())?;
+    let (file, origins) = model_file(&improvement, model, &bench);
     let comments = model_comments(&improvement, model, logs, &origins);
-    file.write(&arguments.out, &comments)?;
+    let posterior = if improvement.is_worse_elsewhere() {
+        Err("the values that it would hold predict worse where nothing was fitted".to_owned())
+    } else {
+        posterior(&bench, logs, &improvement, &model.robot).map_err(|error| error.to_string())
+    };
+    let posterior = write(&file, posterior, &arguments.out, &comments)?;
     let at = improvement.fitted.as_ref().map_or(&improvement.diagnosis.before, |fitted| &fitted.at);
     let before = of_logs(logs, &bench.experiments, &improvement.diagnosis.before);
     let after = of_logs(logs, &bench.experiments, at);
     let mut notices = notices(logs, &after, at);
     notices.extend(single_loads(logs, &bench.experiments, at));
     notices.extend(measured.found.notices());
-    let elsewhere = |fitted| match &held_out {
-        Some(held_out) => held_out.compare(&apart, &bench, fitted).into_diagnostic(),
-        None => Ok(Vec::new()),
+    let each_log = &improvement.diagnosis.each_log;
+    notices.extend(of_each_log(&model.robot, logs, &bench.per_log, each_log));
+    let elsewhere = |step| match &held_out {
+        Some(held_out) => held_out.compare(&apart, step).into_diagnostic(),
+        None => Ok((Vec::new(), Vec::new())),
     };
-    let [given, improved] = [elsewhere(None)?, elsewhere(improvement.fitted.as_ref())?];
+    let (given, _) = elsewhere(improvement.first())?;
+    let (improved, own) = elsewhere(improvement.last())?;
+    notices.extend(own);
+    match &posterior {
+        Ok(posterior) => {
+            let names = not_bounded(posterior, &improvement, &model.robot);
+            notices.extend((!names.is_empty()).then_some(Notice::NotBounded(names)));
+        }
+        Err(why) => notices.push(Notice::NoPosterior(why.clone())),
+    }
     let reason = reason_of_best(&bench, logs, &improvement.diagnosis);
     arguments.results.write(&ImproveReport {
         model,
         out: &arguments.out,
         improvement: &improvement,
-        posterior: &posterior,
+        posterior: posterior.as_ref().ok(),
         before: &before,
         after: &after,
         held_out: [&given, &improved],
@@ -102,6 +116,25 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     })?;
     say!("wrote {}\n", arguments.out.display());
     Ok(())
+}
+
+/// Writes an improved model with its posterior, and gives that; without it, and gives why, where
+/// there is none or the file with it could not be read back.
+fn write(
+    file: &ModelFile,
+    posterior: Result<Posterior, String>,
+    out: &Path,
+    comments: &Comments,
+) -> Result<Result<Posterior, String>> {
+    let written = posterior.and_then(|posterior| {
+        let whole = file.clone().with_posterior(posterior.clone());
+        let written = whole.and_then(|file| file.write(out, comments));
+        written.map(|()| posterior).map_err(|error| error.message().to_owned())
+    });
+    if written.is_err() {
+        file.write(out, comments)?;
+    }
+    Ok(written)
 }
 
 /// Logs that nothing is fitted to.
@@ -126,4 +159,52 @@ fn held_out(arguments: &Arguments, model: &ModelFile, fitted: &[Log]) -> Result<
     let found = find(&mut logs, &baseline(model))?;
     refuse_mistakes("--held-out", &found, model)?;
     Ok(logs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trueweld_plant::effects::EffectKind;
+    use trueweld_plant::input::MeasuredNumber;
+
+    #[test]
+    fn a_posterior_that_cannot_be_read_back_costs_the_posterior_and_not_the_model() {
+        let given = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/models/cable-drag.toml");
+        let model = ModelFile::read(given).unwrap();
+        let kind = EffectKind::of("counterbalance-loss").unwrap();
+        let at = kind.places()[0];
+        let posterior = |variance: f64| Posterior {
+            numbers: vec![MeasuredNumber {
+                kind,
+                at,
+                occurrence: 0,
+                parameter: 0,
+                value: 0.1,
+                between_logs: 0.0,
+            }],
+            covariance: vec![variance],
+            logs: vec!["a log".to_owned()],
+            campaign: "00".to_owned(),
+            score: 1.0,
+            at_bound: Vec::new(),
+            undetermined: Vec::new(),
+            not_measured: Vec::new(),
+            seal: String::new(),
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("improved.toml");
+        let written = |posterior| write(&model, posterior, &out, &Comments::default());
+        let read = || ModelFile::read(&out).unwrap();
+        assert!(written(Ok(posterior(1e-6))).unwrap().is_ok());
+        assert!(read().posterior.is_some());
+        for none in [Ok(posterior(f64::NAN)), Ok(posterior(-1e-6)), Err("no time".to_owned())] {
+            let why = written(none.clone()).unwrap().unwrap_err();
+            assert!(why.contains(none.map_or("no time", |_| "covariance")), "{why}");
+            assert!(read().posterior.is_none());
+            assert_eq!(read().effects.len(), model.effects.len());
+        }
+        // Where the model itself cannot be written there is none.
+        let out = folder.path().join("none/improved.toml");
+        assert!(write(&model, Ok(posterior(1e-6)), &out, &Comments::default()).is_err());
+    }
 }

@@ -371,6 +371,62 @@ fn a_hidden_effect_is_found_added_and_the_error_falls_where_nothing_was_fitted()
     ]);
 }
 
+/// A motion of the campaign without flaws, with the second encoder of A2 zeroed anew: it reads `more`,
+/// rad.
+fn zeroed_anew(place: &Workspace, log: &str, name: &str, more: f64) {
+    let from = fixture(&format!("campaigns/nothing-missing/{log}"));
+    let robot = fixture("campaigns/nothing-missing/robot.toml");
+    let toml = fs::read_to_string(format!("{from}/log.toml")).unwrap();
+    let samples = fs::read_to_string(format!("{from}/samples.csv")).unwrap();
+    let column = samples.lines().next().unwrap().split(',').position(|c| c == "ql2_rad").unwrap();
+    let read = |line: &str| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if let Ok(angle) = cells[column].parse::<f64>() {
+            cells[column] = format!("{:.8}", angle + more);
+        }
+        cells.join(",") + "\n"
+    };
+    let folder = place.path().join(name);
+    fs::create_dir(&folder).unwrap();
+    fs::write(folder.join("log.toml"), toml.replace("../robot.toml", &robot)).unwrap();
+    fs::write(folder.join("samples.csv"), samples.lines().map(read).collect::<String>()).unwrap();
+}
+
+#[test]
+fn a_zero_is_the_logs_own_and_is_fitted_to_a_log_of_another_day_and_told() {
+    let place = Workspace::new();
+    let model = fixture("campaigns/nothing-missing/model.toml");
+    zeroed_anew(&place, "free", "monday", 1.2e-3);
+    zeroed_anew(&place, "holdout/free-2", "tuesday", -1.25e-3);
+    zeroed_anew(&place, "holdout/free-2", "as-zeroed", 0.0);
+    let score = |model: &str, log: &str| {
+        let said = place.done(&["compare", "--model", model, log, "--json", "c.json"]);
+        let value = place.json("c.json");
+        let channels = value["logs"][0]["channels"].as_array().unwrap().clone();
+        let second = channels.iter().find(|c| c["name"] == "link_encoder").unwrap();
+        (second["score"].as_f64().unwrap(), said.replace('\n', " "))
+    };
+    place.done(&["improve", "--model", &model, "monday", "--out", "improved.toml", "-q"]);
+    let (before, _) = score(&model, "tuesday");
+    let (after, said) = score("improved.toml", "tuesday");
+    // As well as the given model where nothing was zeroed anew.
+    let (best, _) = score(&model, "as-zeroed");
+    assert!(before > 20.0 * best && after < 1.01 * best, "{before} {after} {best}");
+    let told = said.split("link-encoder-offset at A2 is each log's own").nth(1).expect(&said);
+    let told = told.split("offset ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+    let told: f64 = told.replace('\u{2212}', "-").parse().expect(told);
+    // Four standard deviations of the mean of a thousand readings, and what the gear's stiffness takes.
+    assert!((told + 1.25).abs() < 0.02, "{said}");
+    // The file has the mean of what was fitted, and the scope that says so.
+    let file = fs::read_to_string(place.path().join("improved.toml")).unwrap();
+    let entry = file
+        .split("[[effect]]")
+        .find(|e| e.contains("id = \"link-encoder-offset\"\nat = \"A2\"\nscope = \"log\""));
+    let value = entry.and_then(|e| e.split("offset_rad = ").nth(1)).expect(&file);
+    let value: f64 = value.lines().next().unwrap().parse().unwrap();
+    assert!((value - 1.2e-3).abs() < 2e-5, "{file}");
+}
+
 #[test]
 fn a_diagnosis_names_the_effect_its_size_and_the_curve_that_shows_it() {
     let place = Workspace::new();

@@ -12,11 +12,13 @@ use crate::diagnose::{
     longest_weld, refit, rules, score, sparse,
 };
 use crate::discover::{self, Discovery, discover};
-use crate::fit::calibration::is_calibration;
+use crate::fit::calibration::{self, is_calibration};
 use crate::fit::per_log;
-use crate::fit::{self, Effort, FitProblem, FitState, Fitted, Residuals};
+use crate::fit::{
+    self, Effort, FitProblem, FitState, Fitted, PerLogEffect, Residuals, SortedEffects,
+};
 use crate::predict::{Experiment, PredictError};
-use crate::residuals::compare::{LogComparison, of_logs};
+use crate::residuals::compare::{LogComparison, Notice, of_each_log, of_logs};
 use crate::residuals::localize::localize;
 use trueweld_core::JointVector;
 use trueweld_plant::effects::Effect;
@@ -58,6 +60,8 @@ pub enum Rejection {
     NotPredicted,
     /// The score where nothing was fitted does not fall.
     NoGain,
+    /// It falls on blocks in time, but logs are predicted worse from what the other logs tell.
+    OtherLogsWorse,
     /// The arm with it does not come to rest.
     Unstable,
 }
@@ -82,6 +86,24 @@ pub struct Improvement {
 }
 
 impl Improvement {
+    /// The model as it was given.
+    pub fn first(&self) -> &Step {
+        &self.steps[0]
+    }
+
+    /// The improved model.
+    pub fn last(&self) -> &Step {
+        &self.steps[self.steps.len() - 1]
+    }
+
+    /// True where the model stays as it was given because what was fitted predicts worse where
+    /// nothing was fitted.
+    pub fn is_worse_elsewhere(&self) -> bool {
+        let most = self.first().held_out * (1.0 + LEAST);
+        let worse = |step: &Rejected| step.held_out > most;
+        self.steps.len() == 1 && self.rejected.iter().any(worse)
+    }
+
     /// Effects that the data do not tell from those of a step; none where it is not the explanation
     /// of the diagnosis.
     pub fn others(&self, step: &Step) -> Vec<&Effect> {
@@ -98,6 +120,8 @@ impl Improvement {
 /// Logs that nothing is fitted to, made ready.
 #[derive(Debug)]
 pub struct HeldOut {
+    /// Effects of the model as it was given.
+    given: Vec<ModelEffect>,
     /// The baseline over these logs.
     bench: FitProblem,
     /// Their names.
@@ -109,10 +133,23 @@ impl HeldOut {
     pub fn new(file: &ModelFile, logs: &[Log], experiments: Vec<Experiment>) -> Self {
         let (known, per_log, own) = (Vec::new(), Vec::new(), Vec::new());
         let bench = FitProblem { known, per_log, own, ..FitProblem::new(file, experiments) };
-        Self { bench, names: logs.iter().map(|l| l.name.clone()).collect() }
+        let given = file.effects.clone();
+        Self { given, bench, names: logs.iter().map(|l| l.name.clone()).collect() }
     }
 
-    /// These logs under the model of a fit to other logs of `bench`; `None`: as it was given. `logs`:
+    /// These logs under the model with what was found beside the given: what each of them has of its
+    /// own, and the residuals.
+    fn predict<'f>(
+        &self,
+        found: impl Iterator<Item = &'f FittedEffect>,
+    ) -> Result<(Vec<PerLogEffect>, FitState, Residuals), PredictError> {
+        let (effects, _) = model_effects(&self.given, found, &self.bench);
+        let SortedEffects { known, per_log, .. } = SortedEffects::new(&effects, None);
+        let (point, at) = per_log::fitted(&self.bench, &per_log, known)?;
+        Ok((per_log, point, at))
+    }
+
+    /// These logs under the model of a step, and what each of them has of its own there. `logs`:
     /// those that this was made of.
     ///
     /// # Errors
@@ -120,12 +157,18 @@ impl HeldOut {
     pub fn compare(
         &self,
         logs: &[Log],
-        bench: &FitProblem,
-        fitted: Option<&Fitted>,
-    ) -> Result<Vec<LogComparison>, PredictError> {
-        let given = FitState::empty(bench.experiments.len());
-        let at = elsewhere(bench, self, fitted.map_or(&given, |fitted| &fitted.point))?;
-        Ok(of_logs(logs, &self.bench.experiments, &at))
+        step: &Step,
+    ) -> Result<(Vec<LogComparison>, Vec<Notice>), PredictError> {
+        let (per_log, point, at) = self.predict(step.found())?;
+        let own = logs.first().map(|log| of_each_log(&log.robot, logs, &per_log, &point));
+        Ok((of_logs(logs, &self.bench.experiments, &at), own.unwrap_or_default()))
+    }
+}
+
+impl Step {
+    /// All that was fitted.
+    fn found(&self) -> impl Iterator<Item = &FittedEffect> {
+        self.effects.iter().chain(&self.calibration)
     }
 }
 
@@ -155,9 +198,8 @@ pub fn improve(
     let discovered =
         discover(bench, logs, &mut diagnosis, &|what, share| progress(what, 0.6 + 0.1 * share));
     let blocks = fit::blocks_of(bench);
-    let at_held_out = held_out
-        .map(|h| elsewhere(bench, h, &FitState::empty(bench.experiments.len())))
-        .transpose()?;
+    let at_held_out = held_out.map(|h| h.predict(std::iter::empty())).transpose()?;
+    let at_held_out = at_held_out.map(|(.., at)| at);
     let start = at_held_out.as_ref().map_or(diagnosis.score_before, score);
     let baseline = Step {
         added: Vec::new(),
@@ -175,6 +217,7 @@ pub fn improve(
         rejected: Vec::new(),
         discovered,
         at_held_out,
+        other_logs: diagnosis.score_before,
         reached: None,
     };
     progress("recalibrating", 0.7);
@@ -218,15 +261,14 @@ pub fn improve(
         path.try_step(whole, None);
     }
     let Path { steps, rejected, mut discovered, reached, .. } = path;
-    // The values of the improved model, where all were fitted together once more.
-    for law in &mut discovered {
+    // Those that the improved model has, with its values: all were fitted together once more.
+    discovered.retain_mut(|law| {
         let own = &law.effect.effect;
         let same =
             |f: &&FittedEffect| std::ptr::eq(f.effect.kind, own.kind) && f.effect.at == own.at;
-        if let Some(last) = steps.last().and_then(|step| step.effects.iter().find(same)) {
-            law.effect = last.clone();
-        }
-    }
+        let last = steps.last().and_then(|step| step.effects.iter().find(same));
+        last.map(|last| law.effect = last.clone()).is_some()
+    });
     let verdict = match &reached {
         Some(fitted)
             if diagnosis.verdict == Verdict::UnknownEffect
@@ -280,6 +322,8 @@ struct Path<'a> {
     discovered: Vec<Discovery>,
     /// Residuals of the logs held out under the model reached.
     at_held_out: Option<Residuals>,
+    /// Score of the logs fitted under the model reached, each predicted from what the others tell.
+    other_logs: f64,
     reached: Option<Fitted>,
 }
 
@@ -301,10 +345,20 @@ impl Path<'_> {
             all.into_iter().partition(|f| is_calibration(f.effect.kind));
         let added = added(self.steps.last().map_or(&[], |s| &s.effects), &effects);
         let before = self.steps.last().map_or(f64::INFINITY, |s| s.held_out);
+        let given = self.steps.first().map_or(f64::INFINITY, |s| s.held_out);
+        // Blocks in time of a log tell what that log is like; another one may be otherwise.
+        let logs = self.bench.experiments.len();
+        let other_logs = if self.held_out.is_none() && logs > 1 {
+            let squares = fitted.held_out_logs(self.bench);
+            (squares / fit::count(&fitted.at).max(1) as f64).sqrt()
+        } else {
+            f64::NEG_INFINITY
+        };
         let at_held_out = self
             .held_out
-            .map(|held_out| elsewhere(self.bench, held_out, &fitted.point))
-            .transpose();
+            .map(|held_out| held_out.predict(effects.iter().chain(&calibration)))
+            .transpose()
+            .map(|at| at.map(|(.., at)| at));
         let judged = at_held_out.as_ref().map(|at| match (self.held_out, at, &self.at_held_out) {
             (Some(held_out), Some(at), Some(before)) => {
                 let falls = change_by_channel(&held_out.bench, before, at) < 1.0 - LEAST_BY_CHANNEL;
@@ -316,9 +370,12 @@ impl Path<'_> {
             Err(_) => (f64::NAN, Some(Rejection::NotPredicted)),
             Ok((score, falls))
                 if score > before * (1.0 - LEAST)
-                    && !(by_channel && falls && score < before * (1.0 + LEAST)) =>
+                    && !(by_channel && falls && score < before.min(given) * (1.0 + LEAST)) =>
             {
                 (score, Some(Rejection::NoGain))
+            }
+            Ok(_) if other_logs > self.other_logs * (1.0 + LEAST) => {
+                (other_logs, Some(Rejection::OtherLogsWorse))
             }
             Ok((score, _)) if !stable(self.bench, self.logs, &fitted.point) => {
                 (score, Some(Rejection::Unstable))
@@ -336,6 +393,7 @@ impl Path<'_> {
                     held_out,
                 });
                 self.at_held_out = at_held_out.ok().flatten();
+                self.other_logs = other_logs;
                 self.reached = Some(fitted);
             }
         }
@@ -402,22 +460,6 @@ impl Path<'_> {
     }
 }
 
-/// Residuals of a model on other logs; what each log has of its own is found there.
-fn elsewhere(
-    bench: &FitProblem,
-    held_out: &HeldOut,
-    point: &FitState,
-) -> Result<Residuals, PredictError> {
-    let mut own: Vec<Effect> = bench.per_log.clone();
-    for effect in point.each.iter().flatten() {
-        if !own.iter().any(|e| (e.kind.id, e.at) == (effect.kind.id, effect.at)) {
-            own.push(effect.clone());
-        }
-    }
-    let all = [bench.known.clone(), point.all.clone()].concat();
-    Ok(per_log::fitted(&held_out.bench, &own, all)?.1)
-}
-
 /// Squared errors of the channels after a change, each over what it was, on average by samples.
 fn change_by_channel(bench: &FitProblem, before: &Residuals, after: &Residuals) -> f64 {
     let (before, after) = (diagnose::parts(bench, before), diagnose::parts(bench, after));
@@ -481,53 +523,102 @@ pub enum Origin {
     Given,
     /// The fit to all logs.
     Fitted(FittedEffect),
-    /// A fit to each log alone; the model has the mean.
+    /// What each log has of its own, fitted to it, or alike in all logs fitted; the model has the mean.
     PerLog(Vec<FittedEffect>),
+    /// Of an instrument of which something else is each log's own: nothing was seen of it here, and
+    /// another log has it zeroed anew.
+    Renewed,
 }
 
-/// The improved model as a file, and where each of its effects comes from, in its order.
-pub fn model_file(improvement: &Improvement, file: &ModelFile) -> (ModelFile, Vec<Origin>) {
-    let last = &improvement.steps[improvement.steps.len() - 1];
-    let mut origins = vec![Origin::Given; file.effects.len()];
-    let mut improved = ModelFile { posterior: None, ..file.clone() };
-    // The user's own that were hypotheses come back with their fitted values.
+/// The improved model as a file, and where each of its effects comes from, in its order. `bench`: of
+/// the logs fitted.
+pub fn model_file(
+    improvement: &Improvement,
+    file: &ModelFile,
+    bench: &FitProblem,
+) -> (ModelFile, Vec<Origin>) {
+    let (effects, origins) = model_effects(&file.effects, improvement.last().found(), bench);
+    (ModelFile { posterior: None, effects, ..file.clone() }, origins)
+}
+
+/// The effects of a model with what was found beside them, and where each comes from. An
+/// instrument's zero, a registration, how the tool is mounted: these are the log's own, although the
+/// logs fitted may share them. `bench`: of logs that show which instruments there are.
+fn model_effects<'f>(
+    given: &[ModelEffect],
+    found: impl Iterator<Item = &'f FittedEffect>,
+    bench: &FitProblem,
+) -> (Vec<ModelEffect>, Vec<Origin>) {
+    let mut origins = vec![Origin::Given; given.len()];
+    let mut effects = given.to_vec();
+    let is_of_log = |f: &&FittedEffect| f.log.is_some() || is_renewed(&f.effect);
+    let (own, common): (Vec<&FittedEffect>, Vec<&FittedEffect>) = found.partition(is_of_log);
+    let same = |a: &Effect, b: &Effect| std::ptr::eq(a.kind, b.kind) && a.at == b.at;
     let mut add = |effect: Effect, scope: Scope, origin: Origin| {
-        let place = improved
-            .effects
-            .iter()
-            .position(|e| std::ptr::eq(e.effect.kind, effect.kind) && e.effect.at == effect.at);
+        let is_replaced = |e: &ModelEffect| match scope {
+            Scope::Log => e.scope == Scope::Log,
+            // The user's own that were hypotheses come back with their fitted values.
+            Scope::Campaign => is_hypothesis(e),
+        };
+        let place = effects.iter().position(|e| same(&e.effect, &effect) && is_replaced(e));
         let entry = ModelEffect { effect, scope };
-        match place.filter(|p| scope == Scope::Log || is_hypothesis(&improved.effects[*p])) {
+        match place {
             Some(place) => {
-                improved.effects[place] = entry;
+                effects[place] = entry;
                 origins[place] = origin;
             }
             None => {
-                improved.effects.push(entry);
+                effects.push(entry);
                 origins.push(origin);
             }
         }
     };
-    let (own, common): (Vec<&FittedEffect>, Vec<&FittedEffect>) =
-        last.effects.iter().chain(&last.calibration).partition(|f| f.log.is_some());
     for found in common {
         add(found.effect.clone(), Scope::Campaign, Origin::Fitted(found.clone()));
     }
+    let stated = SortedEffects::new(given, None).per_log;
     for (k, found) in own.iter().enumerate() {
-        let same = |f: &&&FittedEffect| {
-            (f.effect.kind.id, f.effect.at) == (found.effect.kind.id, found.effect.at)
-        };
-        if own[..k].iter().any(|f| same(&f)) {
+        if own[..k].iter().any(|f| same(&f.effect, &found.effect)) {
             continue;
         }
-        let all: Vec<FittedEffect> = own.iter().filter(same).map(|f| (*f).clone()).collect();
+        let stated = stated.iter().find(|stated| stated.is(&found.effect));
+        let all = own.iter().filter(|f| same(&f.effect, &found.effect));
+        let all: Vec<FittedEffect> =
+            all.map(|f| stated.map_or((*f).clone(), |stated| whole(f, stated))).collect();
         let mean = (0..found.effect.values.len())
             .map(|v| all.iter().map(|f| f.effect.values[v]).sum::<f64>() / all.len() as f64)
             .collect();
         let effect = Effect { values: mean, ..found.effect.clone() };
         add(effect, Scope::Log, Origin::PerLog(all));
     }
-    (improved, origins)
+    // Whoever zeroes an instrument zeroes it at every joint.
+    let kinds = own.iter().filter(|f| is_renewed(&f.effect)).map(|f| f.effect.kind);
+    for kind in kinds {
+        for other in kind.places().into_iter().map(|at| kind.neutral(at)).filter(is_renewed) {
+            let entry = ModelEffect { effect: other, scope: Scope::Log };
+            let sorted = SortedEffects::new(std::slice::from_ref(&entry), None);
+            let shows = !calibration::per_log(bench, &sorted.per_log).free.is_empty();
+            if shows && !effects.iter().any(|e| same(&e.effect, &entry.effect)) {
+                effects.push(entry);
+                origins.push(Origin::Renewed);
+            }
+        }
+    }
+    (effects, origins)
+}
+
+/// All of what a log has, of which `found` was fitted to it.
+fn whole(found: &FittedEffect, stated: &PerLogEffect) -> FittedEffect {
+    let effect = stated.whole(&found.effect);
+    let moved = effect.values.iter().zip(&found.effect.values).map(|(all, own)| all - own);
+    let interval = found.interval.iter().zip(moved);
+    let interval = interval.map(|([low, high], by)| [low + by, high + by]).collect();
+    FittedEffect { effect, interval, ..found.clone() }
+}
+
+/// True for a calibration that another log has anew.
+fn is_renewed(effect: &Effect) -> bool {
+    effect.kind.calibration.is_some_and(|c| c.renewed(effect.at).is_some())
 }
 
 /// True for an effect of the user's own that does nothing as it is written.

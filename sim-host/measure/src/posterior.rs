@@ -241,7 +241,7 @@ fn tell(
     for (i, candidate) in all.iter().enumerate() {
         let parameter = &candidate.effect.kind.parameters[candidate.parameter];
         let values: Vec<f64> = candidate.of.iter().map(|k| point.value(&point.free[*k])).collect();
-        let value = values.iter().sum::<f64>() / values.len() as f64;
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
         let deviation = of_means[(i, i)].sqrt();
         let own = own_number(candidate);
         let limit = match candidate.expected {
@@ -251,6 +251,8 @@ fn tell(
         };
         let name = candidate.name(robot);
         let of_one_log = candidate.per_log && values.len() == 1 && !candidate.expected.is_finite();
+        // Known no better than from its plausible range, it is not bounded by these logs.
+        let limit = limit.min(range_deviation(parameter));
         if !deviation.is_finite() || deviation > limit || of_one_log {
             posterior.not_measured.push(name);
             continue;
@@ -263,7 +265,7 @@ fn tell(
             posterior.undetermined.push(name);
         }
         let between = if candidate.per_log {
-            between_logs(candidate, &values, value, &of_values)
+            between_logs(candidate, &values, mean, &of_values)
         } else {
             0.0
         };
@@ -272,7 +274,7 @@ fn tell(
             at: candidate.effect.at,
             occurrence: occurrence(bench, &all[..i], candidate),
             parameter: candidate.parameter,
-            value,
+            value: mean + stated(bench, &candidate.effect, candidate.parameter),
             between_logs: between,
         });
         kept.push(i);
@@ -302,7 +304,7 @@ fn between_logs(candidate: &Candidate, values: &[f64], mean: f64, of: &DMatrix<f
     let squares: f64 = candidate.of.iter().zip(values).map(own).sum();
     let expected = if candidate.expected.is_finite() { candidate.expected } else { 0.0 };
     let more = if expected > 0.0 { 1.0 } else { 0.0 };
-    ((squares + expected * expected) / (logs - 1.0 + more).max(1.0)).sqrt()
+    ((squares.max(0.0) + expected * expected) / (logs - 1.0 + more).max(1.0)).sqrt()
 }
 
 /// Which of the effects of its kind at its place a number is of: those that the model was given
@@ -310,5 +312,26 @@ fn between_logs(candidate: &Candidate, values: &[f64], mean: f64, of: &DMatrix<f
 fn occurrence(bench: &FitProblem, before: &[Candidate], candidate: &Candidate) -> usize {
     let same = |e: &Effect| (e.kind.id, e.at) == (candidate.effect.kind.id, candidate.effect.at);
     let fitted = before.iter().filter(|c| same(&c.effect) && c.parameter == candidate.parameter);
-    bench.known.iter().filter(|e| same(e)).count() + fitted.count()
+    // What a log has of its own is one with what the model states of it.
+    let own = bench.per_log.iter().filter(|own| own.is(&candidate.effect) && candidate.per_log);
+    bench.known.iter().filter(|e| same(e)).count().saturating_sub(own.count()) + fitted.count()
+}
+
+/// What the model states already of a value that each log has of its own.
+fn stated(bench: &FitProblem, effect: &Effect, parameter: usize) -> f64 {
+    let own = bench.per_log.iter().find(|own| own.is(effect));
+    own.map_or(0.0, |own| own.stated.values[parameter] - own.start().values[parameter])
+}
+
+/// Names of the values of an improvement's effects that its logs do not bound.
+pub fn not_bounded(
+    posterior: &Posterior,
+    improvement: &Improvement,
+    robot: &RobotFile,
+) -> Vec<String> {
+    let effects = improvement.last().effects.iter().map(|f| &f.effect);
+    let names = effects.flat_map(|effect| {
+        (0..effect.values.len()).map(|parameter| effect.number_name(parameter, robot))
+    });
+    names.filter(|name| posterior.not_measured.contains(name)).collect()
 }

@@ -5,8 +5,10 @@ use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::log::Log;
 use trueweld_measure::diagnose::{Undone, diagnose};
 use trueweld_measure::encoder_noise;
-use trueweld_measure::fit::calibration::calibrations;
-use trueweld_measure::fit::{Effort, End, FitProblem, FitState, Fitted, blocks_of, fit};
+use trueweld_measure::fit::calibration::{calibrations, expected};
+use trueweld_measure::fit::{
+    Effort, End, FitProblem, FitState, Fitted, blocks_of, chi_square, fit,
+};
 use trueweld_measure::residuals::compare::{baseline, experiments};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::ModelFile;
@@ -41,6 +43,44 @@ fn a_fit_arrives_at_the_same_point_from_either_side() {
     assert_eq!(from(0.3, Effort::steps(1, 0)).end, End::Limit);
     let hopeless = Effort { goal: 0.5 * below.cost, ..Effort::full(0) };
     assert_eq!(from(0.3, hopeless).end, End::Hopeless);
+}
+
+/// Static loads of two days of the cell with play in A5, what the tracker saw longer by a share.
+fn two_days(longer: [f64; 2]) -> FitProblem {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/campaigns/backlash");
+    let days = [(folder.to_owned(), "static"), (format!("{folder}/holdout"), "static-2")];
+    let file = ModelFile::read(format!("{folder}/model.toml")).unwrap();
+    let mut logs = Vec::new();
+    for ((folder, name), longer) in days.iter().zip(longer) {
+        let campaign = Campaign::read(folder).unwrap();
+        let mut log = campaign.logs.into_iter().find(|log| log.name == *name).unwrap();
+        log.samples.position.iter_mut().flatten().for_each(|p| *p *= 1.0 + longer);
+        logs.push(log);
+    }
+    let ready = experiments(&logs, &baseline(&file)).unwrap();
+    FitProblem::new(&file, ready)
+}
+
+#[test]
+fn what_fits_every_log_and_foretells_no_other_is_told_by_leaving_logs_out() {
+    // Sum of squares as given, from the other blocks in time, and from the other log.
+    let squares = |bench: &FitProblem, kind: &str, places: std::ops::Range<usize>| {
+        let mut point = FitState::empty(bench.experiments.len());
+        for joint in places {
+            let kind = EffectKind::of(kind).unwrap();
+            point.add_expected(kind.neutral(Location::Joint(joint)), &expected(kind));
+        }
+        let given = fit(bench, &point, &blocks_of(bench), &[], Effort::steps(0, 0)).unwrap();
+        let fitted = fit(bench, &point, &blocks_of(bench), &[], Effort::full(0)).unwrap();
+        [chi_square(&given.at), fitted.held_out(), fitted.held_out_logs(bench)]
+    };
+    // A tracker whose scale is another one on either day: links mounted otherwise make up for it in the
+    // postures of a day, and for the opposite of it on the next.
+    let [given, blocks, logs] = squares(&two_days([4e-4, -4e-4]), "geometry-error", 0..6);
+    assert!(blocks < 0.8 * given && logs > given, "{given} {blocks} {logs}");
+    // The play of A5 is the cell's.
+    let [given, blocks, logs] = squares(&two_days([0.0, 0.0]), "backlash", 4..5);
+    assert!(blocks < 0.5 * given && logs < 0.5 * given, "{given} {blocks} {logs}");
 }
 
 #[test]

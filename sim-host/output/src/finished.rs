@@ -228,8 +228,8 @@ pub struct ImproveReport<'a> {
     pub out: &'a Path,
     /// What was done.
     pub improvement: &'a Improvement,
-    /// What the logs leave open of the improved model's numbers.
-    pub posterior: &'a Posterior,
+    /// What the logs leave open of the improved model's numbers; `None` where that was not written.
+    pub posterior: Option<&'a Posterior>,
     /// The logs fitted, under the model as it was given.
     pub before: &'a [LogComparison],
     /// The logs fitted, under the improved model.

@@ -162,7 +162,7 @@ fn improvement() {
         model: &parts.model,
         out: "improved.toml".as_ref(),
         improvement: &improvement,
-        posterior: &sample::posterior(),
+        posterior: Some(&sample::posterior()),
         before: &parts.before,
         after: &parts.after,
         held_out: [&parts.before, &parts.after],

@@ -6,7 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use trueweld_plant::effects::expression::Expression;
 use trueweld_plant::effects::formula::PORTS;
-use trueweld_plant::effects::{Effect, Location, LocationKind, library, stiffness_error};
+use trueweld_plant::effects::{
+    Effect, EffectKind, Location, LocationKind, Parameter, library, stiffness_error,
+};
 use trueweld_plant::input::*;
 use trueweld_plant::robot::{ElasticRobot, JointState};
 
@@ -612,6 +614,79 @@ fn a_posterior_is_read_back_to_the_last_bit_and_does_not_outlive_a_change() {
         let changed = parsed(&text.replace(from, to)).unwrap();
         // Where files lie is no part of it.
         assert_eq!(changed.is_sealed().unwrap(), from.starts_with("process"), "{from}");
+    }
+}
+
+/// A posterior of numbers of the library, each at a share of its range and with a deviation of that
+/// many powers of ten.
+fn spread(numbers: &[(prop::sample::Index, f64, f64)]) -> Posterior {
+    let places = |kind: &'static EffectKind| {
+        let all = kind.places().into_iter();
+        all.flat_map(move |at| (0..kind.parameters.len()).map(move |k| (kind, at, k)))
+    };
+    let all: Vec<_> = library().flat_map(places).collect();
+    let (mut told, mut deviations): (Vec<MeasuredNumber>, Vec<f64>) = (Vec::new(), Vec::new());
+    for (index, share, power) in numbers {
+        let (kind, at, parameter) = *index.get(&all);
+        let same = |n: &MeasuredNumber| (n.kind.id, n.at, n.parameter) == (kind.id, at, parameter);
+        if told.iter().any(same) {
+            continue;
+        }
+        let Parameter { low, high, .. } = kind.parameters[parameter];
+        let value = (low + share * (high - low)).clamp(low, high);
+        let between_logs = 10f64.powf(*power);
+        told.push(MeasuredNumber { kind, at, occurrence: 0, parameter, value, between_logs });
+        deviations.push(between_logs);
+    }
+    let row = |i: usize| (0..=i).map(move |j| (i, j));
+    let covariance = (0..told.len()).flat_map(row);
+    let covariance = covariance.map(|(i, j)| {
+        let correlation = if i == j { 1.0 } else { -0.3 };
+        correlation * deviations[i] * deviations[j]
+    });
+    Posterior {
+        covariance: covariance.collect(),
+        numbers: told,
+        logs: vec!["a log".to_owned()],
+        campaign: "00".to_owned(),
+        score: 1.0,
+        at_bound: Vec::new(),
+        undetermined: Vec::new(),
+        not_measured: Vec::new(),
+        seal: String::new(),
+    }
+}
+
+/// What a file holds of a posterior, to the last bit.
+fn bits(of: &Posterior) -> Vec<u64> {
+    let numbers = of.numbers.iter().flat_map(|n| [n.value, n.between_logs]);
+    numbers.chain(of.covariance.iter().copied()).map(f64::to_bits).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    // A quantity of a cell is at most 1e12 in SI units, and so is its deviation.
+    #[test]
+    fn a_posterior_of_any_quantities_is_read_back_and_one_of_none_is_not_written(
+        numbers in prop::collection::vec((any::<prop::sample::Index>(), 0.0..=1.0, -18.0..12.0), 1..8),
+        none in prop::option::of((any::<prop::sample::Index>(), prop::sample::select(vec![f64::NAN, f64::INFINITY, 1e25]))),
+    ) {
+        let mut posterior = spread(&numbers);
+        if let Some((index, none)) = &none {
+            *index.get_mut(&mut posterior.covariance) = *none;
+        }
+        let model = parse(&head()).unwrap().with_posterior(posterior.clone()).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("improved.toml");
+        let written = model.write(&path, &Comments::default());
+        prop_assert_eq!(written.is_ok(), none.is_none(), "{:?}", written);
+        prop_assert_eq!(path.exists(), none.is_none());
+        if none.is_none() {
+            let read = ModelFile::read(&path).unwrap();
+            prop_assert!(read.is_sealed().unwrap());
+            prop_assert_eq!(bits(read.posterior.as_ref().unwrap()), bits(&posterior));
+        }
     }
 }
 

@@ -34,7 +34,7 @@ pub use tell::{Explanation, ImprovedChannel, Reason, reason_of_best, tell};
 
 use crate::data::log::{Log, LogKind};
 use crate::fit::calibration::is_calibration;
-use crate::fit::{self, End, FitProblem, Fitted, Residuals};
+use crate::fit::{self, End, FitProblem, FitState, Fitted, Residuals};
 use crate::predict::{Experiment, PredictError};
 use crate::residuals::localize::{Finding, localize};
 use beyond::beyond_expected;
@@ -106,6 +106,8 @@ pub struct Diagnosis {
     pub score_before: f64,
     /// Residuals of the model as it was given.
     pub before: Residuals,
+    /// What each log has of its own under the model as it was given.
+    pub each_log: FitState,
     /// The fit of calibrations alone.
     pub null: Fitted,
     /// Fits of the explanation: one effect, then two; none where none counts.
@@ -159,7 +161,7 @@ pub fn diagnose(
 ) -> Result<Diagnosis, PredictError> {
     let blocks = fit::blocks_of(bench);
     progress("comparing", 0.0);
-    let before = fit::per_log::fitted(bench, &bench.per_log, Vec::new())?.1;
+    let (each_log, before) = fit::per_log::fitted(bench, &bench.per_log, Vec::new())?;
     progress("calibrating", 0.02);
     let length = longest_weld(logs);
     let look = |null: Fitted| look(bench, &blocks, length, null, progress);
@@ -208,6 +210,7 @@ pub fn diagnose(
     progress("weighing the evidence", 0.92);
     let unexplained = |at: &Residuals| localize(&bench.experiments, at, logs);
     Ok(Diagnosis {
+        each_log,
         limits,
         confusable,
         undone,
@@ -374,6 +377,7 @@ fn conclude(
     if let Some((name, without)) = answer
         && verdict == Verdict::Adequate
         && !improved.point.each.iter().flatten().any(|e| (e.kind.id, e.at) == name)
+        && !bench.per_log.iter().any(|own| (own.stated.kind.id, own.stated.at) == name)
         && stands_out(bench, &before, &improved.at)
     {
         verdict = Verdict::EffectFound;
@@ -419,6 +423,7 @@ fn conclude(
         verdict,
         score_before,
         before,
+        each_log: FitState::empty(bench.experiments.len()),
         null: null.clone(),
         mountings: mountings::mountings(best),
         full: best.clone(),

@@ -3,7 +3,7 @@
 //! every hypothesis, reported apart. Which effects these are, and what is expected of them, they
 //! say themselves ([`Calibration`]).
 
-use super::{EffectScope, FitProblem, FitState, FreeParameter};
+use super::{EffectScope, FitProblem, FitState, FreeParameter, PerLogEffect};
 use crate::data::log::LogKind;
 use crate::predict::Experiment;
 use trueweld_core::spatial::rotation_vector;
@@ -22,13 +22,19 @@ pub fn expected(kind: &EffectKind) -> Vec<f64> {
     kind.calibration.map_or(vec![f64::INFINITY; kind.parameters.len()], |c| c.expected.to_vec())
 }
 
-/// Effects with values of their own in every log of a bench, all free.
-pub fn per_log(bench: &FitProblem, effects: &[Effect]) -> FitState {
+/// Effects with values of their own in every log of a bench that shows them, all free.
+pub fn per_log(bench: &FitProblem, effects: &[PerLogEffect]) -> FitState {
     let mut point = FitState::empty(bench.experiments.len());
     for effect in effects {
+        let start = effect.start();
+        let channels = start.kind.calibration.and_then(|c| c.renewed(start.at));
+        let joint = if let Location::Joint(joint) = start.at { Some(joint) } else { None };
+        let expected = beside_zeros(bench, &start, &effect.expected);
         for (log, experiment) in bench.experiments.iter().enumerate() {
-            if experiment.concerns(effect) {
-                point.add_to_log(log, effect.clone(), &expected(effect.kind));
+            let measured =
+                channels.is_none_or(|all| all.iter().any(|c| experiment.measures(*c, joint)));
+            if measured && experiment.concerns(&start) {
+                point.add_to_log(log, start.clone(), &expected);
             }
         }
     }
@@ -52,12 +58,12 @@ pub fn calibrations(bench: &FitProblem) -> FitState {
     });
     for (kind, Calibration { expected, scope }) in all {
         for at in kind.places() {
+            let effect = kind.neutral(at);
+            if bench.per_log.iter().any(|own| own.is(&effect)) {
+                continue;
+            }
             match scope {
                 CalibrationScope::EachLog(channels) => {
-                    if bench.per_log.iter().any(|e| (e.kind.id, e.at) == (kind.id, at)) {
-                        continue;
-                    }
-                    let effect = kind.neutral(at);
                     for (log, experiment) in bench.experiments.iter().enumerate() {
                         let measured = channels.iter().any(|c| experiment.measures(*c, None));
                         if measured && experiment.concerns(&effect) {
@@ -66,12 +72,11 @@ pub fn calibrations(bench: &FitProblem) -> FitState {
                     }
                 }
                 CalibrationScope::Postures if postures => {
-                    let effect = kind.neutral(at);
                     let expected = beside_zeros(bench, &effect, expected);
                     point.add_expected(effect, &expected);
                 }
                 CalibrationScope::AllLogs { motion } if moving || !motion => {
-                    point.add_expected(kind.neutral(at), expected);
+                    point.add_expected(effect, expected);
                 }
                 CalibrationScope::Postures | CalibrationScope::AllLogs { .. } => {}
             }

@@ -320,6 +320,19 @@ impl Linear {
         Some(held)
     }
 
+    /// The step that all blocks but one ask for; `own`, the values that this one alone shows, are
+    /// those that it asks for beside it. `None` where the others do not determine it.
+    pub(super) fn step_from_others(&self, block: usize, own: &[usize]) -> Option<DVector<f64>> {
+        let staying = self.staying(None);
+        let held = staying.as_ref().unwrap_or(self);
+        let others: Vec<usize> = (0..self.away.len()).filter(|k| !own.contains(k)).collect();
+        let step = held.solve(Some(block), 0.0, Some(&others))?.step;
+        if own.is_empty() {
+            return Some(step);
+        }
+        Some(self.solve_beside(&step, None, 0.0, Some(own))?.step)
+    }
+
     /// Sum of squares of each block, predicted from all the others.
     pub fn held_out(&self, only: Option<&[usize]>) -> Vec<f64> {
         let staying = self.staying(only);

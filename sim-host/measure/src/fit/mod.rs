@@ -18,13 +18,14 @@ pub(crate) use linear::Factor;
 pub use linear::{Hold, Linear, Step};
 pub use solver::{Effort, End, Fitted, fit};
 
+use crate::fit::calibration::is_calibration;
 use crate::predict::{Compared, Experiment, Model, PredictError, Prediction, Quantity};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::time::Instant;
 use trueweld_plant::effects::table::DefinedTable;
 use trueweld_plant::effects::{Action, Effect, Location, Parameter, Role};
-use trueweld_plant::input::{ModelEffect, ModelFile, Scope};
+use trueweld_plant::input::{ModelEffect, ModelFile, Posterior, Scope};
 
 /// Blocks in time that can be left out.
 pub const BLOCKS: usize = 10;
@@ -37,7 +38,7 @@ pub struct FitProblem {
     /// Effects the model has, that are not fitted here.
     pub known: Vec<Effect>,
     /// Effects the model has whose values every log has of its own, fitted to it.
-    pub per_log: Vec<Effect>,
+    pub per_log: Vec<PerLogEffect>,
     /// Effects of the user's own that are hypotheses, beside the library's.
     pub own: Vec<Effect>,
     /// The logs.
@@ -46,29 +47,91 @@ pub struct FitProblem {
     pub deadline: Option<Instant>,
 }
 
+/// An effect of a model whose values every log has of its own. A calibration stands among the known
+/// effects as the model states it, and each log has what it is off from there.
+#[derive(Debug, Clone)]
+pub struct PerLogEffect {
+    /// As the model states it.
+    pub stated: Effect,
+    /// How far a log's value is expected from that, one standard deviation in the value's unit;
+    /// infinite for what is no calibration.
+    pub expected: Vec<f64>,
+}
+
+impl PerLogEffect {
+    fn new(stated: Effect, posterior: Option<&Posterior>) -> Self {
+        let mut expected = calibration::expected(stated.kind);
+        // What the logs of the model were off by from one another, where that is more.
+        for number in posterior.iter().flat_map(|posterior| &posterior.numbers) {
+            if (number.kind.id, number.at) == (stated.kind.id, stated.at) {
+                let expected = &mut expected[number.parameter];
+                *expected = expected.max(number.between_logs);
+            }
+        }
+        Self { stated, expected }
+    }
+
+    /// Where a fit of a log's own starts.
+    pub fn start(&self) -> Effect {
+        if is_calibration(self.stated.kind) {
+            self.stated.kind.neutral(self.stated.at)
+        } else {
+            self.stated.clone()
+        }
+    }
+
+    /// All of what a log has, of which `own` was fitted to it.
+    pub fn whole(&self, own: &Effect) -> Effect {
+        let start = self.start().values;
+        let values = self.stated.values.iter().zip(start).zip(&own.values);
+        let values = values.map(|((stated, start), own)| stated + (own - start)).collect();
+        Effect { values, ..self.stated.clone() }
+    }
+
+    /// True for an effect of this kind at this place.
+    pub fn is(&self, other: &Effect) -> bool {
+        (self.stated.kind.id, self.stated.at) == (other.kind.id, other.at)
+    }
+}
+
+/// Effects of a model by what a fit makes of them.
+#[derive(Debug, Clone, Default)]
+pub struct SortedEffects {
+    /// Those that are not fitted.
+    pub known: Vec<Effect>,
+    /// Those whose values every log has of its own.
+    pub per_log: Vec<PerLogEffect>,
+    /// Those of the user's own that are hypotheses: all their sizes stand where there is no effect.
+    pub own: Vec<Effect>,
+}
+
+impl SortedEffects {
+    /// Sorts effects; `posterior`: of the model that they are of.
+    pub fn new(effects: &[ModelEffect], posterior: Option<&Posterior>) -> Self {
+        let mut sorted = Self::default();
+        for ModelEffect { effect, scope } in effects {
+            match scope {
+                Scope::Log => {
+                    if is_calibration(effect.kind) {
+                        sorted.known.push(effect.clone());
+                    }
+                    sorted.per_log.push(PerLogEffect::new(effect.clone(), posterior));
+                }
+                Scope::Campaign if is_own_and_nothing(effect) => sorted.own.push(effect.clone()),
+                Scope::Campaign => sorted.known.push(effect.clone()),
+            }
+        }
+        sorted
+    }
+}
+
 impl FitProblem {
-    /// Makes ready what a model file and experiments say: an effect with values of its own in every
-    /// log is fitted to each, and an effect of the user's own whose sizes all stand where there is
-    /// no effect is a hypothesis.
+    /// Makes ready what a model file and experiments say.
     pub fn new(file: &ModelFile, experiments: Vec<Experiment>) -> Self {
         let model = Model { robot: file.robot.robot.clone(), process: file.process.clone() };
-        let mut bench = Self {
-            model,
-            known: Vec::new(),
-            per_log: Vec::new(),
-            own: Vec::new(),
-            experiments,
-            deadline: None,
-        };
-        for ModelEffect { effect, scope } in &file.effects {
-            let list = match scope {
-                Scope::Log => &mut bench.per_log,
-                Scope::Campaign if is_own_and_nothing(effect) => &mut bench.own,
-                Scope::Campaign => &mut bench.known,
-            };
-            list.push(effect.clone());
-        }
-        bench
+        let SortedEffects { known, per_log, own } =
+            SortedEffects::new(&file.effects, file.posterior.as_ref());
+        Self { model, known, per_log, own, experiments, deadline: None }
     }
 
     /// The same model, judged by other experiments, in no hurry.

@@ -3,7 +3,7 @@
 //! model stays as it is.
 
 use crate::fit::calibration::per_log;
-use crate::fit::{self, Effort, FitProblem, FitState, Residuals};
+use crate::fit::{self, Effort, FitProblem, FitState, PerLogEffect, Residuals};
 use crate::predict::PredictError;
 use trueweld_plant::effects::Effect;
 
@@ -14,7 +14,7 @@ use trueweld_plant::effects::Effect;
 /// [`PredictError`] of the first log the model cannot be driven through.
 pub fn fitted(
     bench: &FitProblem,
-    own: &[Effect],
+    own: &[PerLogEffect],
     all: Vec<Effect>,
 ) -> Result<(FitState, Residuals), PredictError> {
     let mut point = per_log(bench, own);

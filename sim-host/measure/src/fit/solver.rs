@@ -4,12 +4,14 @@
 //! Slopes are dear and residuals cheap: slopes are kept as long as the linear model foretells what a
 //! step brings, and taken anew where it does not, and before a fit is said to have arrived.
 
+use super::Slopes;
 use super::calibration::is_in_proportion;
-use super::{EffectScope, FitProblem, FitState, FreeParameter, Linear, Residuals, STEP, Slopes};
+use super::{BLOCKS, EffectScope, FitProblem, FitState, FreeParameter, Linear, Residuals, STEP};
 use super::{chi_square, count, residuals, residuals_near, slopes, value_at};
 use crate::data::log::LogKind;
-use crate::predict::PredictError;
+use crate::predict::{PredictError, Prediction};
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use trueweld_plant::effects::{Parameter, Role};
 
 /// A fitted point.
@@ -236,6 +238,34 @@ impl Fitted {
     /// Sum of squares of all blocks, each predicted from all the others.
     pub fn held_out(&self) -> f64 {
         self.linear.held_out(None).iter().sum()
+    }
+
+    /// Sum of squares of all logs, each predicted with what the others tell; what a log has of its
+    /// own is fitted to it. A log that cannot be predicted so makes it infinite.
+    pub fn held_out_logs(&self, bench: &FitProblem) -> f64 {
+        let of_log = |log: usize| log % BLOCKS;
+        let block = |(log, at): (usize, &Prediction)| vec![of_log(log) as u8; at.residual.len()];
+        let blocks: Vec<Vec<u8>> = self.at.iter().enumerate().map(block).collect();
+        let linear = linear(&blocks, &self.point, &self.at, &self.slopes);
+        let from_others = |block: usize| {
+            let is_own = |k: &usize| match self.point.free[*k].of {
+                EffectScope::Log(log, _) => of_log(log) == block,
+                EffectScope::All(_) => false,
+            };
+            let own: Vec<usize> = (0..self.point.free.len()).filter(is_own).collect();
+            Some(self.point.moved(&linear.step_from_others(block, &own)?))
+        };
+        let points: Vec<Option<FitState>> = (0..BLOCKS).map(from_others).collect();
+        let squares = |log: usize| {
+            let effects = points[of_log(log)].as_ref()?.effects(bench, log);
+            let near = Some((&self.at[log], None));
+            let predicted =
+                bench.experiments[log].predict_from(&bench.model, &effects, near).ok()?;
+            Some(predicted.residual.iter().map(|r| r * r).sum::<f64>())
+        };
+        let squares: Option<Vec<f64>> =
+            (0..bench.experiments.len()).into_par_iter().map(squares).collect();
+        squares.map_or(f64::INFINITY, |squares| squares.iter().sum())
     }
 
     /// Takes slopes anew where the fit stands, but for the first `stale` and for those of values that

@@ -9,7 +9,7 @@ pub use crate::residuals::finding::FLOOR;
 use crate::data::log::{Log, LogKind, LogNotice};
 use crate::data::noise::{Scatter, instruments, scatters};
 use crate::fit::per_log;
-use crate::fit::{FitProblem, FitState};
+use crate::fit::{FitProblem, FitState, PerLogEffect};
 use crate::mistakes::{Found, Registered};
 use crate::predict::{Compared, Experiment, Folded, Model, PredictError, Prediction, Quantity};
 use crate::residuals::finding::{Finding, column_label};
@@ -17,7 +17,7 @@ use crate::residuals::localize::localize;
 use rayon::prelude::*;
 use std::path::PathBuf;
 use trueweld_plant::effects::Effect;
-use trueweld_plant::input::ModelFile;
+use trueweld_plant::input::{ModelFile, RobotFile};
 
 /// A model against measurements.
 #[derive(Debug, Clone)]
@@ -85,6 +85,10 @@ pub enum Notice {
         /// The effect with its values in each log, by the log's name.
         found: Vec<(String, Effect)>,
     },
+    /// Values of an improved model that its logs do not bound: `[posterior]` does not hold them.
+    NotBounded(Vec<String>),
+    /// Why an improved model was written without `[posterior]`.
+    NoPosterior(String),
 }
 
 impl Found {
@@ -250,17 +254,26 @@ pub fn compare(
     let predictions =
         (0..logs.len()).into_par_iter().map(predict).collect::<Result<Vec<_>, _>>()?;
     let mut comparison = of_predictions(logs, &bench.experiments, &predictions);
-    comparison.notices.extend(bench.per_log.iter().map(|effect| {
-        let same = |e: &&Effect| (e.kind.id, e.at) == (effect.kind.id, effect.at);
-        let of_log = |(log, each): (&Log, &Vec<Effect>)| {
-            Some((log.name.clone(), each.iter().find(same)?.clone()))
-        };
-        Notice::PerLog {
-            name: effect.name(&model.robot),
-            found: logs.iter().zip(&point.each).filter_map(of_log).collect(),
-        }
-    }));
+    comparison.notices.extend(of_each_log(&model.robot, logs, &bench.per_log, &point));
     Ok(comparison)
+}
+
+/// What every log has of its own at a fit's point.
+pub fn of_each_log(
+    robot: &RobotFile,
+    logs: &[Log],
+    per_log: &[PerLogEffect],
+    point: &FitState,
+) -> Vec<Notice> {
+    let of_effect = |own: &PerLogEffect| {
+        let of_log = |(log, each): (&Log, &Vec<Effect>)| {
+            Some((log.name.clone(), own.whole(each.iter().find(|e| own.is(e))?)))
+        };
+        let found: Vec<_> = logs.iter().zip(&point.each).filter_map(of_log).collect();
+        let name = own.stated.name(robot);
+        (!found.is_empty()).then_some(Notice::PerLog { name, found })
+    };
+    per_log.iter().filter_map(of_effect).collect()
 }
 
 /// The comparison that predictions of all logs make.

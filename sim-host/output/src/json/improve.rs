@@ -174,8 +174,10 @@ impl ImproveResult {
             held_out: improvement.held_out_logs.clone(),
             unexplained: ResidualFinding::remaining(&improvement.diagnosis),
             undone: undone(&improvement.diagnosis.undone, &model.robot),
-            posterior: PosteriorNumber::all(report.posterior, &model.robot),
-            not_measured: report.posterior.not_measured.clone(),
+            posterior: report
+                .posterior
+                .map_or(Vec::new(), |of| PosteriorNumber::all(of, &model.robot)),
+            not_measured: report.posterior.map_or(Vec::new(), |of| of.not_measured.clone()),
             notices: report.notices.iter().map(notice).collect(),
             registered: RegisteredTracker::all(report.notices),
         }

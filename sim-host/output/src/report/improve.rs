@@ -135,14 +135,15 @@ impl ImproveReport<'_> {
                 words(bound),
             ]
         };
-        let rows = PosteriorNumber::all(self.posterior, &self.model.robot).into_iter().map(row);
+        let numbers = |of| PosteriorNumber::all(of, &self.model.robot);
+        let rows = self.posterior.map_or(Vec::new(), numbers).into_iter().map(row);
         let numbers = ["value", "95 %", "± from log to log"].map(number);
         let head = [words("")].into_iter().chain(numbers).chain([words("unit"), words("")]);
         Table { head: vec![head.collect()], rows: rows.collect() }
     }
 
     fn not_measured(&self) -> String {
-        match self.posterior.not_measured.as_slice() {
+        match self.posterior.map_or(&[][..], |of| &of.not_measured) {
             [] => String::new(),
             names => format!("Fitted, and next to nothing known of it: {}.", condensed(names)),
         }
@@ -175,7 +176,7 @@ mod tests {
             model: &parts.model,
             out: Path::new("improved.toml"),
             improvement: &improvement,
-            posterior: &sample::posterior(),
+            posterior: Some(&sample::posterior()),
             before: &parts.before,
             after: &parts.after,
             held_out: [&parts.before, &parts.after],

@@ -1,12 +1,13 @@
 //! What is said of a model against measurements.
 
+use super::diagnose::spoken;
 use super::{Scale, counted, digits, listed, score};
 use std::path::Path;
 use trueweld_measure::data::noise::Scatter;
 use trueweld_measure::residuals::compare::{
     ChannelComparison, Comparison, FLOOR, LogComparison, Notice,
 };
-use trueweld_plant::effects::Effect;
+use trueweld_plant::effects::{Effect, Parameter};
 
 /// Findings that are told in words.
 pub(crate) const TOLD: usize = 3;
@@ -110,16 +111,23 @@ pub(crate) fn notice(notice: &Notice) -> String {
         Notice::PerLog { name, found } => {
             let of_log = |(log, effect): &(String, Effect)| {
                 let values = effect.kind.parameters.iter().zip(&effect.values);
-                let values: Vec<String> =
-                    values.map(|(p, v)| format!("{} = {v:.3e}", p.name)).collect();
-                format!("{log}: {}", values.join(", "))
+                let value = |(p, v): (&Parameter, &f64)| {
+                    format!("{} {}", spoken(p), Scale::of_parameter(p).quantity(*v))
+                };
+                format!("{} in {log}", listed(&values.map(value).collect::<Vec<_>>(), "and"))
             };
             let found: Vec<String> = found.iter().map(of_log).collect();
             format!(
-                "{name} has values of its own in every log (scope = \"log\"); they were fitted to these logs, so that this part of the \
-                 score is no test of the model: {}",
+                "{name} is each log's own (scope = \"log\"), fitted to it, so that this part of the score is no test of the model: {}",
                 found.join("; ")
             )
+        }
+        Notice::NotBounded(names) => format!(
+            "not bounded by these logs, which say no more of it than its plausible range does: {}; the model has a value, [posterior] none",
+            listed(names, "and")
+        ),
+        Notice::NoPosterior(why) => {
+            format!("the model is written without [posterior], which `certify` draws from: {why}")
         }
     }
 }

@@ -27,7 +27,7 @@ pub(super) const NAMED: usize = 3;
 pub(crate) const REMAINS: usize = 5;
 
 /// The name of a parameter without its unit: `half gap`.
-fn spoken(parameter: &Parameter) -> String {
+pub(crate) fn spoken(parameter: &Parameter) -> String {
     let name = parameter.name;
     unit_suffix(name).map_or(name, |(short, _)| short).replace('_', " ")
 }

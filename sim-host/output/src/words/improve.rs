@@ -11,7 +11,7 @@ impl ImproveReport<'_> {
     /// What came of it, in a sentence or two.
     pub(crate) fn headline(&self) -> String {
         let steps = &self.improvement.steps;
-        let (first, last) = (&steps[0], &steps[steps.len() - 1]);
+        let (first, last) = (self.improvement.first(), self.improvement.last());
         let added: Vec<String> = last
             .effects
             .iter()
@@ -31,7 +31,8 @@ impl ImproveReport<'_> {
         );
         match (steps.len(), added.as_slice()) {
             (1, _) => format!(
-                "The model stays as it was given (score {}): nothing lowers the error where nothing was fitted.",
+                "No improvement: the model stays as it was given (score {}); nothing that was tried lowers the error where nothing was \
+                 fitted.",
                 score(first.held_out)
             ),
             (_, []) => {
@@ -56,7 +57,7 @@ impl ImproveReport<'_> {
     /// The verdict that stays with the improved model.
     pub(crate) fn verdict(&self) -> String {
         let improvement = self.improvement;
-        let last = &improvement.steps[improvement.steps.len() - 1];
+        let last = improvement.last();
         match improvement.verdict {
             Verdict::EffectFound if improvement.diagnosis.verdict == Verdict::UnknownEffect => {
                 match last.effects.len() {
@@ -144,7 +145,7 @@ impl ImproveReport<'_> {
     /// Every value of the improved model that was fitted, with its interval and where it comes
     /// from.
     pub(crate) fn fitted(&self) -> Vec<[String; 4]> {
-        let last = &self.improvement.steps[self.improvement.steps.len() - 1];
+        let last = self.improvement.last();
         let effects = last.effects.iter().map(|f| (f, "effect"));
         let all = effects.chain(last.calibration.iter().map(|f| (f, "calibration")));
         all.flat_map(|(found, sort)| {
@@ -166,6 +167,7 @@ pub(crate) fn not_kept(why: Rejection) -> &'static str {
     match why {
         Rejection::NotPredicted => "the model with it cannot be driven through the logs held out",
         Rejection::NoGain => "the error elsewhere does not fall",
+        Rejection::OtherLogsWorse => "logs are predicted worse from what the others tell",
         Rejection::Unstable => "the arm with it does not come to rest",
     }
 }

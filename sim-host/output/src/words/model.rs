@@ -19,7 +19,7 @@ pub fn model_comments(
         [] => "every tenth of each log, predicted from the rest".to_owned(),
         held_out => held_out.join(", "),
     };
-    let (first, last) = (&improvement.steps[0], &improvement.steps[improvement.steps.len() - 1]);
+    let (first, last) = (improvement.first(), improvement.last());
     Comments {
         file: format!(
             "Improved by trueweld from {}, fitted to {names}. Score {:.3} before, {:.3} now; where nothing was fitted ({judged}) {:.3} \
@@ -43,28 +43,47 @@ fn comments(origin: &Origin, names: &str, logs: &[Log]) -> EffectComments {
         Origin::Given => EffectComments { effect: "As given.".to_owned(), parameters: Vec::new() },
         Origin::Fitted(found) => {
             let sort = if is_calibration(found.effect.kind) { "Calibration" } else { "Effect" };
-            let bounds = |(k, [low, high]): (usize, &[f64; 2])| match found.is_fitted(k) {
-                true => format!("{} to {}", readable(*low), readable(*high)),
-                false => "not in the data".to_owned(),
-            };
             EffectComments {
                 effect: format!("{sort}, fitted to {names}; 95 % intervals beside the values."),
-                parameters: found.interval.iter().enumerate().map(bounds).collect(),
+                parameters: (0..found.interval.len()).map(|k| bounds(found, k)).collect(),
             }
         }
         Origin::PerLog(all) => {
             let parameter = |v: usize| {
-                let one = |f: &FittedEffect| {
-                    format!("{} in {}", readable(f.effect.values[v]), logs[f.log.unwrap_or(0)].name)
+                let one = |f: &FittedEffect| match f.log {
+                    Some(log) => format!("{} in {}", readable(f.effect.values[v]), logs[log].name),
+                    None => bounds(f, v),
                 };
                 all.iter().map(one).collect::<Vec<_>>().join(", ")
             };
             let count = all.first().map_or(0, |f| f.effect.values.len());
+            let (shared, scatter) = match all.as_slice() {
+                [one] if one.log.is_none() => ("alike in", "95 % interval beside the value"),
+                _ => ("fitted to each of", "below the mean"),
+            };
             EffectComments {
-                effect: "Each log has its own, fitted to it; below the mean.".to_owned(),
+                effect: format!(
+                    "Each log has its own, {shared} {names}; {scatter}. Another log's is fitted to it; what logs differ by stands in \
+                     [posterior], between_logs."
+                ),
                 parameters: (0..count).map(parameter).collect(),
             }
         }
+        Origin::Renewed => EffectComments {
+            effect: format!(
+                "Each log has its own, nothing to be seen in {names}: the instrument is zeroed at all joints together."
+            ),
+            parameters: Vec::new(),
+        },
+    }
+}
+
+/// The 95 % interval of a value.
+fn bounds(found: &FittedEffect, k: usize) -> String {
+    let [low, high] = found.interval[k];
+    match found.is_fitted(k) {
+        true => format!("{} to {}", readable(low), readable(high)),
+        false => "not in the data".to_owned(),
     }
 }
 

@@ -513,6 +513,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
             verdict,
             score_before: 3.79,
             before: Vec::new(),
+            each_log: FitState::empty(0),
             null: leaving(2.9),
             chosen: if verdict == Verdict::Adequate { Vec::new() } else { vec![fitted()] },
             full: fitted(),

@@ -112,7 +112,8 @@ pub struct Calibration {
 /// Which logs share the values of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CalibrationScope {
-    /// All logs, where a tracker saw the tool in several postures.
+    /// All logs of a campaign, where a tracker saw the tool in several postures. What sits on the
+    /// last joint is the tool, which may be mounted anew for another log.
     Postures,
     /// All logs.
     AllLogs {
@@ -121,6 +122,21 @@ pub enum CalibrationScope {
     },
     /// Each log has its own, where it has a channel of one of these instruments.
     EachLog(&'static [Channel]),
+}
+
+impl Calibration {
+    /// The instruments that show the value a log has of its own, at a place where it has one: a log
+    /// of another day is no further off than the instrument was zeroed, the tracker registered, or
+    /// the tool mounted anew. `None` where the value is the cell's.
+    pub fn renewed(&self, at: Location) -> Option<&'static [Channel]> {
+        match self.scope {
+            CalibrationScope::EachLog(channels) => Some(channels),
+            CalibrationScope::Postures if at == Location::Joint(JOINTS - 1) => {
+                Some(&[Channel::Tracker])
+            }
+            CalibrationScope::Postures | CalibrationScope::AllLogs { .. } => None,
+        }
+    }
 }
 
 /// One effect of a cell: a kind, where it is, and the values of its parameters.

@@ -3,15 +3,18 @@
 use super::quantity::{Judgement, Quantity, quantity};
 
 /// No quantity of a welding cell in SI units is larger than this; beyond it products overflow.
-pub(super) const LARGEST: f64 = 1e12;
+const LARGEST: f64 = 1e12;
 
-/// What a number must be. Every number must also be finite and at most 10¹² in magnitude.
+/// What a number must be. Every number must also be finite and at most 10¹² in magnitude, a product
+/// of two quantities at most its square.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Bounds<'k> {
     /// The possible range of a [`Quantity`], by its key.
     Of(&'k str),
     /// Any finite number.
     Any,
+    /// Any finite product of two quantities, such as a covariance.
+    Product,
     /// Above zero.
     Positive,
     /// Zero or above.
@@ -25,13 +28,18 @@ pub enum Bounds<'k> {
 }
 
 impl Bounds<'_> {
+    /// Largest magnitude.
+    pub(super) fn largest(self) -> f64 {
+        if self == Self::Product { LARGEST * LARGEST } else { LARGEST }
+    }
+
     pub(super) fn hold(self, x: f64) -> bool {
         x.is_finite()
-            && x.abs() <= LARGEST
+            && x.abs() <= self.largest()
             && match self {
                 Self::Of(key) => quantity(key).is_some_and(|q| q.judge(x) != Judgement::Impossible),
                 Self::Between(low, high) => (low..=high).contains(&x),
-                Self::Any => true,
+                Self::Any | Self::Product => true,
                 Self::Positive => x > 0.0,
                 Self::NonNegative => x >= 0.0,
                 Self::PositiveUpTo(top) => x > 0.0 && x <= top,
@@ -45,7 +53,7 @@ impl Bounds<'_> {
             Self::Of(key) => quantity(key)
                 .map_or(format!("a quantity of the table, not {key}"), Quantity::expected),
             Self::Between(low, high) => format!("a number from {low:?} to {high:?}{unit}"),
-            Self::Any => format!("a finite number{unit}"),
+            Self::Any | Self::Product => format!("a finite number{unit}"),
             Self::Positive => format!("a number above 0{unit}"),
             Self::NonNegative => format!("a number not below 0{unit}"),
             Self::PositiveUpTo(top) => format!("a number above 0 and at most {top}{unit}"),

@@ -130,7 +130,7 @@ impl Posterior {
         };
         let values = lists("values", Bounds::Any, count)?;
         let between = lists("between_logs", Bounds::NonNegative, count)?;
-        let covariance = lists("covariance", Bounds::Any, count * (count + 1) / 2)?;
+        let covariance = lists("covariance", Bounds::Product, count * (count + 1) / 2)?;
         if places.len() != count || count > MOST {
             let expected = format!("{count} places, one for each of `names`, and at most {MOST}");
             return Err(table.wrong("at", &expected, "\"\" for an effect of the whole cell."));

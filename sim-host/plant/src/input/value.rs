@@ -1,6 +1,6 @@
 //! A value of a file with its place.
 
-use super::bounds::{Bounds, LARGEST};
+use super::bounds::Bounds;
 use super::error::{InputError, Source};
 use super::quantity::{Judgement, quantity, warn};
 use std::ops::Range;
@@ -63,9 +63,10 @@ impl<'d> Value<'d> {
                 }
                 Ok(x)
             }
-            Some(x) if x.is_finite() && x.abs() > LARGEST => {
+            Some(x) if x.is_finite() && x.abs() > bounds.largest() => {
                 let help = "No quantity of a welding cell in SI units is that large; check the exponent and the unit.";
-                Err(self.wrong(&format!("{expected}, at most 1e12 in magnitude"), help))
+                let most = bounds.largest();
+                Err(self.wrong(&format!("{expected}, at most {most:e} in magnitude"), help))
             }
             Some(_) => Err(self.wrong(expected, format!("Write {expected}."))),
             None => {
