@@ -3,8 +3,12 @@
 //! with all of the tracker's noise, and the push rises within the first seconds.
 
 use trueweld_laboratory::ProtocolFile;
+use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::diagnose::{Verdict, diagnose};
 use trueweld_measure::discover::discover;
+use trueweld_measure::fit::FitProblem;
+use trueweld_measure::residuals::compare::{baseline, experiments};
+use trueweld_plant::input::ModelFile;
 use trueweld_tests::corpus::recorded;
 use trueweld_tests::fixture;
 
@@ -30,38 +34,24 @@ fn answer(protocol: &ProtocolFile) -> Vec<(&'static str, f64)> {
     effects.map(|e| (e.effect.kind.id, e.effect.values[0])).collect()
 }
 
-/// Three coupons in a cell whose joints are softer or firmer than the file has them by these shares.
-fn coupons(stiffness: [f64; 6], seed: u64) -> ProtocolFile {
-    let mut text = format!(
-        "schema = \"protocol/1\"\nrobot = \"robots/kr500-mt.toml\"\nprocess = \"processes/lap-weld-2024-t3.toml\"\n\
-         seed = {seed}\n"
-    );
-    for (joint, relative) in stiffness.iter().enumerate() {
-        let at = joint + 1;
-        text += &format!(
-            "[[effect]]\nid = \"stiffness-error\"\nat = \"A{at}\"\nrelative = {relative}\n"
-        );
-    }
-    for weld in 1..=3 {
-        text += &format!(
-            "[[log]]\nname = \"weld-{weld}\"\nkind = \"weld\"\nweld = \"welds/coupon.toml\"\n"
-        );
-    }
-    ProtocolFile::parse(&text, &fixture("protocol.toml")).expect("a protocol")
-}
-
 #[test]
-fn what_is_not_known_of_the_arm_at_the_spindle_s_orders_makes_no_effect_likely() {
-    // The lines are off alike in all rows by what the joints are: a loop of A3 that is a hundredth of
-    // its torque makes up for it.
-    let protocol = coupons([0.09, -0.1, 0.08, 0.12, -0.11, 0.1], 11);
-    let ready = recorded(&protocol).expect("the campaign is made");
-    let mut diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
-    let discovered = discover(&ready.bench, &ready.logs, &mut diagnosis, &|_, _| ());
+fn in_welds_of_a_sound_cell_a_tracker_that_was_moved_is_told_and_no_effect() {
+    // The force at the spindle's order is off alike in all rows, and a harmonic makes up for it.
+    let folder = fixture("campaigns/tracker-moved");
+    let campaign = Campaign::read(&folder).expect("a campaign");
+    let file = ModelFile::read(&campaign.model).expect("a model");
+    let logs = campaign.logs;
+    let ready = experiments(&logs, &baseline(&file)).expect("logs that can be compared");
+    let bench = FitProblem::new(&file, ready);
+    let mut diagnosis = diagnose(&bench, &logs, &|_, _| ()).expect("diagnosed");
+    let discovered = discover(&bench, &logs, &mut diagnosis, &|_, _| ());
     assert!(discovered.is_empty() && diagnosis.verdict == Verdict::Adequate);
     let likely: Vec<_> =
         diagnosis.candidates.iter().filter(|c| c.probability > 0.01).map(|c| &c.effects).collect();
     assert!(likely.is_empty(), "{likely:?}");
+    let told = diagnosis.calibration.iter().filter(|f| f.is_told_from_nothing());
+    let told: Vec<_> = told.map(|f| f.effect.kind.id).collect();
+    assert_eq!(told, ["tracker-registration"]);
 }
 
 fn named(weld_name: &str, id: &str, value: (&str, f64), seed: u64) {

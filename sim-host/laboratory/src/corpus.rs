@@ -73,9 +73,9 @@ const ROUND: [CaseKind; 10] = {
 };
 
 impl Laboratory {
-    /// The first `count` campaigns of this seed in which nothing is missing, though no day was a good one:
-    /// by turns there are welds alone, the tracker was moved before a log, and a link is mounted off, both
-    /// by several times what is expected.
+    /// The first `count` campaigns of this seed in which nothing is missing, though the laboratory
+    /// errs: by turns there are welds alone, the tracker was moved before a log, and a link is
+    /// mounted off, both by several times what is expected.
     pub fn flawless(&self, seed: u64, count: usize, protocol: &Protocol) -> Vec<CorpusCase> {
         let case = |index: usize| {
             let seed = seed.wrapping_mul(1_000_003).wrapping_add(index as u64);

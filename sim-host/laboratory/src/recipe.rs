@@ -28,8 +28,8 @@ pub struct Recipe {
     /// Standard deviation of how each link is mounted off its joint: translation, m, and as much in
     /// rad as rotation.
     pub geometry_error: f64,
-    /// A log before which the tracker was moved, by its number from 1, and by what: translation, m, and
-    /// rotation vector, rad.
+    /// A log before which the tracker was moved, by its number from 1, and by what: translation, m,
+    /// and rotation vector, rad.
     pub tracker_moved: Option<(u64, [f64; 6])>,
     /// A joint behind which the link is mounted off besides, from 0, and by what.
     pub mounted_off: Option<(usize, [f64; 6])>,

@@ -353,8 +353,8 @@ impl Path<'_> {
         why.is_none()
     }
 
-    /// True where a step shows what it adds, as what a diagnosis names must. The diagnosis has judged
-    /// the intervals of what it gives, beside all calibrations, itself.
+    /// True where a step shows what it adds, as what a diagnosis names must. The diagnosis has
+    /// judged the intervals of what it gives, beside all calibrations, itself.
     fn shows(
         &self,
         fitted: &Fitted,

@@ -36,8 +36,8 @@ struct Arguments {
     /// The laws outside the library by which discovery is judged, in place of the corpus.
     #[arg(long)]
     outside: bool,
-    /// Campaigns in which nothing is missing, though the laboratory errs by more than is expected, in
-    /// place of the corpus.
+    /// Campaigns in which nothing is missing, though the laboratory errs by more than is expected,
+    /// in place of the corpus.
     #[arg(long, conflicts_with = "outside")]
     flawless: bool,
     /// Only the case of this number.

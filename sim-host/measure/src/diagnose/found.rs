@@ -111,9 +111,9 @@ fn found_on_the_way(bench: &FitProblem, fitted: &Fitted) -> Vec<FittedEffect> {
     found_off(bench, fitted, |_| true, |step, k| step.step[k])
 }
 
-/// All fitted effects with their intervals. Where something is left that stands out, each channel is
-/// weighed by what is left in it: one that no model explains says little of the values that others
-/// tell.
+/// All fitted effects with their intervals. Where something is left that stands out, each channel
+/// is weighed by what is left in it: one that no model explains says little of the values that
+/// others tell.
 pub(crate) fn found_by_what_is_left(
     bench: &FitProblem,
     blocks: &[Vec<u8>],

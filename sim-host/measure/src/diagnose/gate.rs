@@ -31,14 +31,15 @@ pub(crate) struct HeldOutGain {
 }
 
 impl HeldOutGain {
-    /// Of residuals `after` over those `before`, log by log; `owed`: the part of the fall that is no
-    /// evidence.
+    /// Of residuals `after` over those `before`, log by log; `owed`: the part of the fall that is
+    /// no evidence.
     ///
     /// Where the two predictions differ by δ and the second leaves e, the sum of squares falls by
     /// Σδ² + 2Σδe. If what the second has more is there, e is noise, and the second sum is all that
     /// chance adds to the first. Its standard error is that of the blocks' own sums: residuals that
-    /// follow each other count as they do, and an effect that few blocks show is no less sure for it.
-    /// What is off alike in all values of a column no block tells: it is one value of deviation 1.
+    /// follow each other count as they do, and an effect that few blocks show is no less sure for
+    /// it. What is off alike in all values of a column no block tells: it is one value of
+    /// deviation 1.
     pub fn of(
         problem: &FitProblem,
         blocks: &[Vec<u8>],
@@ -109,9 +110,9 @@ mod tests {
         Fitted { cost: fit::chi_square(&at), point, at, slopes, linear, end: End::Arrived }
     }
 
-    /// The model without an effect and with it, where its values do to residuals what chance drew:
-    /// noise, in `runs` of as many values that are the same, of which `follows` deviations go by the
-    /// first value. So a linear model of any effect is drawn, and solved for.
+    /// The model without an effect and with it, where its values do to residuals what chance drew.
+    /// The residuals are noise, in `runs` of as many values that are the same, and `follows`
+    /// deviations of the first value.
     fn drawn(kind: &'static EffectKind, seed: u64, runs: usize, follows: f64) -> [Fitted; 2] {
         let mut point = FitState::empty(1);
         let at: Location = kind.places()[0];

@@ -93,8 +93,8 @@ pub struct Candidate {
     pub probability: f64,
     /// Share of what was above the floor that is still there.
     pub left: f64,
-    /// True where it may be named: the logs tell its values from no effect, and it predicts rows that
-    /// were left out better than calibrations alone by more than chance.
+    /// True where it may be named: the logs tell its values from no effect, and it predicts rows
+    /// that were left out better than calibrations alone by more than chance.
     pub may_be_named: bool,
     /// Other explanations that these data do not tell from this one, by index.
     pub indistinguishable: Vec<usize>,
@@ -115,7 +115,7 @@ pub struct Diagnosis {
     pub before: Residuals,
     /// The fit of calibrations alone.
     pub null: Fitted,
-    /// Fits of the explanation: one effect, then two; none where none counts.
+    /// Fits of the explanation: one effect, then two; none where none may be named.
     pub chosen: Vec<Fitted>,
     /// Explanations, best first.
     pub candidates: Vec<Candidate>,
@@ -265,8 +265,8 @@ fn look(
     Ok(Looked { null, given, screened, singles, undone })
 }
 
-/// The best of some effects that counts and may be named; of those that the data do not tell from it,
-/// one that is no piece of a wave, which bends to almost anything.
+/// The best of some effects that counts and may be named; of those that the data do not tell from
+/// it, one that is no piece of a wave, which bends to almost anything.
 fn best_that_counts(ground: &Context<'_>, singles: &[Fitted]) -> Option<usize> {
     let count = |k: &usize| {
         counts(ground.bench, ground.null, &singles[*k])
@@ -361,7 +361,7 @@ fn conclude(
     let best = chosen.last().unwrap_or(null);
     let mut verdict = verdict(bench, null, &chosen);
     let (improved, kept) = improved_by(bench, blocks, best);
-    // Beside no calibrations it must do better as well.
+    // It must do better than the model as it was given as well.
     if !chosen.is_empty() && !predicts_better(ground, &before, &improved) {
         return conclude(ground, (before, held), singles, Vec::new(), tried, unexplained);
     }
@@ -535,8 +535,8 @@ fn weigh(
     // What is left above the floor says how far the sum of squares can be trusted.
     let trust = rules::trust(&first.fitted);
     let weight = |cost: f64| (-0.5 * (cost - best).max(0.0) / trust).exp();
-    // What may not be named is none of the explanations; where it fits better than they do, that is
-    // for the one that is not among them.
+    // What may not be named is no explanation. Where it fits better than they do by more than a tie,
+    // "none of these" is the likelier.
     let unnamed = |cost: f64| match best - cost {
         better if better > rules::TIED * trust => (0.5 * better / trust).exp(),
         _ => 0.0,

@@ -334,8 +334,8 @@ impl Linear {
         steps.map(|(b, step)| step.map_or(self.rest[b], |s| self.block_after(b, &s))).collect()
     }
 
-    /// Residuals of each log, every block predicted from all the others. `at`, `slopes`: what this is
-    /// the linear model of.
+    /// Residuals of each log, every block predicted from all the others. `at`, `slopes`: what this
+    /// is the linear model of.
     pub(super) fn residuals_from_others(
         &self,
         blocks: &[Vec<u8>],

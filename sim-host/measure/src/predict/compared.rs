@@ -72,8 +72,9 @@ pub struct Compared {
     pub deviation: f64,
     /// True where that noise was stated by the log.
     pub stated: bool,
-    /// Share of the variance that is no noise, but what the prediction is exact to: it is off alike in
-    /// all values of this quantity and component in a log, which together say no more of it than one.
+    /// Share of the variance that is no noise, but what the prediction is exact to: it is off alike
+    /// in all values of this quantity and component in a log, which together say no more of it than
+    /// one.
     pub alike: f64,
 }
 

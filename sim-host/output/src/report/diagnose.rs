@@ -62,7 +62,12 @@ impl Report for DiagnoseReport<'_> {
                 document.push(Block::Steps(words::experiment::steps(plan)));
             }
         }
-        if missing && !(diagnosis.chosen.is_empty() && self.discovered.is_empty()) {
+        let explained = !(diagnosis.chosen.is_empty() && self.discovered.is_empty());
+        // Where no effect is named they are what there is to say.
+        if !explained {
+            self.push_calibrations(&mut document);
+        }
+        if missing && explained {
             document.section(
                 Medium::Page,
                 "Measured and predicted, with the model as given and with the best explanation",
@@ -74,19 +79,8 @@ impl Report for DiagnoseReport<'_> {
             "Explanations that were fitted, every effect of the library at every place, best first",
             Block::Table(self.ranking()),
         );
-        document.section(
-            Medium::All,
-            "Calibrations that are off, which are no missing effect",
-            Block::List(self.calibrations()),
-        );
-        let mountings = diagnosis.mountings.as_ref().filter(|_| {
-            let posture = |f: &FittedEffect| {
-                f.effect.kind.calibration.is_some_and(|c| c.scope == CalibrationScope::Postures)
-            };
-            diagnosis.calibration.iter().any(posture)
-        });
-        if let Some(mountings) = mountings {
-            document.push(Block::Note(words::diagnose::mountings(mountings, &self.model.robot)));
+        if explained {
+            self.push_calibrations(&mut document);
         }
         document.section(
             Medium::All,
@@ -127,6 +121,24 @@ impl super::Recorded for DiagnoseReport<'_> {
 }
 
 impl DiagnoseReport<'_> {
+    /// The calibrations that are off, and what the logs fix of mountings where one is of a link.
+    fn push_calibrations(&self, document: &mut Document) {
+        document.section(
+            Medium::All,
+            "Calibrations that are off, which are no missing effect",
+            Block::List(self.calibrations()),
+        );
+        let mountings = self.diagnosis.mountings.as_ref().filter(|_| {
+            let posture = |f: &FittedEffect| {
+                f.effect.kind.calibration.is_some_and(|c| c.scope == CalibrationScope::Postures)
+            };
+            self.diagnosis.calibration.iter().any(posture)
+        });
+        if let Some(mountings) = mountings {
+            document.push(Block::Note(words::diagnose::mountings(mountings, &self.model.robot)));
+        }
+    }
+
     /// The calibrations that are told from nothing, a line each, and how many others there are.
     fn calibrations(&self) -> Vec<String> {
         let line = |found: &FittedEffect| {

@@ -91,8 +91,8 @@ fn followed(unexplained: &[Finding]) -> String {
     }
 }
 
-/// Calibrations in a line, of those that are told from nothing: those of the cell with their values,
-/// those of single logs by how many. Empty where there are none.
+/// Calibrations in a line, of those that are told from nothing: those of the cell with their
+/// values, those of single logs by how many. Empty where there are none.
 pub(super) fn calibrations(found: &[FittedEffect], robot: &RobotFile) -> String {
     let told = found.iter().filter(|f| f.is_told_from_nothing());
     let (of_logs, of_cell): (Vec<_>, Vec<_>) = told.partition(|f| f.log.is_some());

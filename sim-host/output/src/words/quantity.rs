@@ -103,8 +103,8 @@ pub(crate) fn score(score: f64) -> String {
     digits(score, 3)
 }
 
-/// From one score to another, as far as the numbers that are shown differ: `the score falls from 3.79
-/// to 1.02`.
+/// From one score to another, as far as the numbers that are shown differ: `the score falls from
+/// 3.79 to 1.02`.
 pub(crate) fn score_change(before: f64, after: f64) -> String {
     match [before, after].map(score) {
         [from, to] if from == to => format!("the score stays at {to}"),
