@@ -505,9 +505,10 @@ fn is_named(found: &FittedEffect, name: (&str, Location)) -> bool {
 /// True where a fit predicts rows that were left out better than the model as it was given does.
 fn predicts_better(ground: &Context<'_>, before: &Residuals, fitted: &Fitted) -> bool {
     let Context { bench, blocks, .. } = *ground;
+    let owed = rules::owed(before, &fitted.at);
     let before = before.iter().map(|log| log.residual.clone()).collect();
     let after = fitted.residuals_from_others(blocks);
-    HeldOutGain::of(bench, blocks, &[before, after], 0.0).is_more_than_chance()
+    HeldOutGain::of(bench, blocks, &[before, after], owed).is_more_than_chance()
 }
 
 /// True for a calibration of trackers whose frames were fitted: it is what that has left over.
