@@ -15,7 +15,8 @@ pub(crate) fn may_be_named(
     effects: &[FittedEffect],
 ) -> bool {
     let left = [before, after].map(|fitted| fitted.residuals_from_others(blocks));
-    effects.iter().all(FittedEffect::is_told_from_nothing)
+    !effects.is_empty()
+        && effects.iter().all(FittedEffect::is_told_from_nothing)
         && stands_out(problem, &before.at, &after.at)
         && HeldOutGain::of(problem, blocks, &left, owed(&before.at, &after.at))
             .is_more_than_chance()
@@ -72,7 +73,7 @@ mod tests {
     use super::*;
     use crate::data::campaign::Campaign;
     use crate::data::log::Log;
-    use crate::diagnose::found::found_effects;
+    use crate::diagnose::found::found;
     use crate::fit::{self, End, FitState, Linear, Residuals, Slopes};
     use crate::predict::Prediction;
     use crate::residuals::compare::{baseline, experiments};
@@ -136,7 +137,7 @@ mod tests {
     }
 
     fn named([before, after]: &[Fitted; 2]) -> bool {
-        let effects = found_effects(&LOADS, after);
+        let effects = found(&LOADS, after, |_| true);
         may_be_named(&LOADS, &fit::blocks_of(&LOADS), (before, after), &effects)
     }
 
@@ -160,7 +161,7 @@ mod tests {
             let both = drawn(kind, seed, runs, follows);
             if named(&both) {
                 let [before, after] = &both;
-                let found = &found_effects(&LOADS, after)[0];
+                let found = &found(&LOADS, after, |_| true)[0];
                 let has_size = |k: usize| {
                     let (parameter, [low, high]) = (&kind.parameters[k], found.interval[k]);
                     let none = parameter.without_effect(found.effect.values[k]);
