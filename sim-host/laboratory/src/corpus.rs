@@ -6,6 +6,7 @@ use crate::out_of_library::{OutOfLibrary, OutOfLibraryKind};
 use crate::protocol::Protocol;
 use crate::random::CASE;
 use crate::recipe::Recipe;
+use trueweld_core::JOINTS;
 use trueweld_plant::effects::{Effect, EffectKind, library};
 use trueweld_plant::random::Random;
 
@@ -72,6 +73,43 @@ const ROUND: [CaseKind; 10] = {
 };
 
 impl Laboratory {
+    /// The first `count` campaigns of this seed in which nothing is missing, though the laboratory
+    /// errs: by turns there are welds alone, the tracker was moved before a log, and a link is
+    /// mounted off, both by several times what is expected.
+    pub fn flawless(&self, seed: u64, count: usize, protocol: &Protocol) -> Vec<CorpusCase> {
+        let case = |index: usize| {
+            let seed = seed.wrapping_mul(1_000_003).wrapping_add(index as u64);
+            let mut random = Random::new(seed, CASE);
+            let mut recipe = nuisance(seed, protocol, &mut random);
+            let off = |random: &mut Random, shift: f64, turn: f64| {
+                let (shift, turn) = (random.direction() * shift, random.direction() * turn);
+                [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
+            };
+            let what = match index % 3 {
+                0 => {
+                    let welds = random.whole(2, 4);
+                    let alone =
+                        Protocol { postures: 0, rings: 0, free: 0.0, welds, ..protocol.clone() };
+                    recipe.protocol = alone;
+                    "welds-alone"
+                }
+                1 => {
+                    recipe.registration_per_log = 1e-4;
+                    recipe.tracker_moved = Some((1, off(&mut random, 8e-4, 4e-4)));
+                    "tracker-moved"
+                }
+                _ => {
+                    let joint = random.whole(0, JOINTS - 1);
+                    recipe.mounted_off = Some((joint, off(&mut random, 9e-4, 8e-4)));
+                    "mounted-off"
+                }
+            };
+            let name = format!("{index:03}-none-{what}");
+            CorpusCase { name, seed, hidden: Hidden::None, target: TARGETS[0], recipe }
+        };
+        (0..count).map(case).collect()
+    }
+
     /// The first `count` cases of the corpus with this seed; a larger `count` leaves the first ones
     /// as they are. Effects come in random order, each once before any comes again.
     pub fn corpus(&self, seed: u64, count: usize, protocol: &Protocol) -> Vec<CorpusCase> {

@@ -28,6 +28,11 @@ pub struct Recipe {
     /// Standard deviation of how each link is mounted off its joint: translation, m, and as much in
     /// rad as rotation.
     pub geometry_error: f64,
+    /// A log before which the tracker was moved, by its number from 1, and by what: translation, m,
+    /// and rotation vector, rad.
+    pub tracker_moved: Option<(u64, [f64; 6])>,
+    /// A joint behind which the link is mounted off besides, from 0, and by what.
+    pub mounted_off: Option<(usize, [f64; 6])>,
     /// Factor on the nominal noise of every instrument.
     pub noise: f64,
     /// Noise of each instrument before that factor.
@@ -53,6 +58,8 @@ impl Recipe {
             encoder_offset: [0.0; JOINTS],
             registration_per_log: 0.0,
             geometry_error: 0.0,
+            tracker_moved: None,
+            mounted_off: None,
             noise: 1.0,
             instruments: InstrumentNoise::default(),
             reflectors: None,
@@ -80,6 +87,12 @@ impl Recipe {
             let deviation = |k| self.registration_per_log * if k < 3 { 1.0 } else { 0.5 };
             let motion = std::array::from_fn(|k: usize| deviation(k) * random.normal());
             effects.push(tracker_registration::effect(motion));
+        }
+        if let Some((_, motion)) = self.tracker_moved.filter(|(moved, _)| *moved == log) {
+            effects.push(tracker_registration::effect(motion));
+        }
+        if let Some((joint, motion)) = self.mounted_off {
+            effects.push(geometry_error::effect(joint, motion));
         }
         if self.geometry_error != 0.0 {
             let mut random = Random::new(self.seed, random::GEOMETRY);

@@ -8,8 +8,8 @@
 
 use crate::data::log::Log;
 use crate::diagnose::{
-    self, Context, Diagnosis, FittedEffect, Progress, Undone, Verdict, fits_anything, further,
-    longest_weld, refit, rules, score, sparse,
+    self, Context, Diagnosis, FittedEffect, HeldOutGain, Progress, Undone, Verdict, fits_anything,
+    further, longest_weld, refit, rules, score, sparse,
 };
 use crate::discover::{self, Discovery, discover};
 use crate::fit::calibration::{self, is_calibration};
@@ -62,6 +62,9 @@ pub enum Rejection {
     NoGain,
     /// It falls on blocks in time, but logs are predicted worse from what the other logs tell.
     OtherLogsWorse,
+    /// The logs do not tell its values from no effect, or what falls with it falls by no more than
+    /// chance.
+    NotShown,
     /// The arm with it does not come to rest.
     Unstable,
 }
@@ -213,6 +216,7 @@ pub fn improve(
         logs,
         blocks: &blocks,
         held_out,
+        given: &diagnosis.before,
         steps: vec![baseline],
         rejected: Vec::new(),
         discovered,
@@ -317,6 +321,8 @@ struct Path<'a> {
     logs: &'a [Log],
     blocks: &'a [Vec<u8>],
     held_out: Option<&'a HeldOut>,
+    /// Residuals of the model as it was given.
+    given: &'a Residuals,
     steps: Vec<Step>,
     rejected: Vec<Rejected>,
     discovered: Vec<Discovery>,
@@ -339,7 +345,7 @@ impl Path<'_> {
     fn try_step_by(&mut self, fitted: Fitted, full: Option<&Fitted>, by_channel: bool) -> bool {
         let all = match full {
             Some(full) => diagnose::found_beside(self.bench, &fitted, full, |_| true),
-            None => self.found(&fitted),
+            None => diagnose::found_by_what_is_left(self.bench, self.blocks, &fitted),
         };
         let (calibration, effects): (Vec<FittedEffect>, Vec<FittedEffect>) =
             all.into_iter().partition(|f| is_calibration(f.effect.kind));
@@ -377,6 +383,11 @@ impl Path<'_> {
             Ok(_) if other_logs > self.other_logs * (1.0 + LEAST) => {
                 (other_logs, Some(Rejection::OtherLogsWorse))
             }
+            Ok((score, _))
+                if !added.is_empty() && !self.shows(&fitted, full, &added, &at_held_out) =>
+            {
+                (score, Some(Rejection::NotShown))
+            }
             Ok((score, _)) if !stable(self.bench, self.logs, &fitted.point) => {
                 (score, Some(Rejection::Unstable))
             }
@@ -400,18 +411,33 @@ impl Path<'_> {
         why.is_none()
     }
 
-    /// Fitted effects with their intervals. Where something is left that stands out, each channel is
-    /// weighed by what is left in it: one that no model explains says little of the values that others tell.
-    fn found(&self, fitted: &Fitted) -> Vec<FittedEffect> {
-        let plain = || diagnose::found(self.bench, fitted, |_| true);
-        if rules::at_floor(self.bench, &fitted.at) {
-            return plain();
-        }
-        let bench = inflate_noise(self.bench, &fitted.at);
-        match fit::fit(&bench, &fitted.point, self.blocks, &[], Effort::steps(0, 0)) {
-            Ok(weighed) => diagnose::found_on_the_way(&bench, &weighed),
-            Err(_) => plain(),
-        }
+    /// True where a step shows what it adds, as what a diagnosis names must. The diagnosis has
+    /// judged the intervals of what it gives, beside all calibrations, itself.
+    fn shows(
+        &self,
+        fitted: &Fitted,
+        full: Option<&Fitted>,
+        added: &[FittedEffect],
+        at_held_out: &Result<Option<Residuals>, PredictError>,
+    ) -> bool {
+        let before = self.reached.as_ref().map_or(self.given, |reached| &reached.at);
+        let plain = |at: &Residuals| at.iter().map(|log| log.residual.clone()).collect();
+        let gain = match (self.held_out, at_held_out, &self.at_held_out) {
+            (Some(HeldOut { bench, .. }), Ok(Some(after)), Some(before)) => {
+                let blocks = fit::blocks_of(bench);
+                let owed = rules::owed(before, after);
+                HeldOutGain::of(bench, &blocks, &[plain(before), plain(after)], owed)
+            }
+            _ => {
+                let left = |fitted: &Fitted| fitted.residuals_from_others(self.blocks);
+                let left_before = self.reached.as_ref().map_or_else(|| plain(before), left);
+                let owed = rules::owed(before, &fitted.at);
+                HeldOutGain::of(self.bench, self.blocks, &[left_before, left(fitted)], owed)
+            }
+        };
+        (full.is_some() || added.iter().all(FittedEffect::is_told_from_nothing))
+            && rules::stands_out(self.bench, before, &fitted.at)
+            && gain.is_more_than_chance()
     }
 
     /// Adds one more effect where the explanation is a partial one: of the library, and where it
@@ -429,17 +455,12 @@ impl Path<'_> {
         if rules::at_floor(self.bench, &plain.at) {
             return false;
         }
-        let inflate_noise = inflate_noise(self.bench, &plain.at);
-        let Ok(null) = fit::fit(&inflate_noise, &held, self.blocks, &[], nothing_free) else {
+        let inflated = diagnose::inflate_noise(self.bench, &plain.at);
+        let Ok(null) = fit::fit(&inflated, &held, self.blocks, &[], nothing_free) else {
             return false;
         };
-        let ground = Context {
-            bench: &inflate_noise,
-            blocks: self.blocks,
-            null: &null,
-            given: &null,
-            length,
-        };
+        let ground =
+            Context { bench: &inflated, blocks: self.blocks, null: &null, given: &null, length };
         let Self { bench, logs, blocks, .. } = *self;
         let mut takes = |next: &Fitted| {
             let mut whole = next.point.clone();
@@ -450,7 +471,7 @@ impl Path<'_> {
         if further(&ground, &null).iter().any(&mut takes) {
             return true;
         }
-        let Some(law) = discover::beside(&inflate_noise, blocks, logs, &null, takes) else {
+        let Some(law) = discover::beside(&inflated, blocks, logs, &null, takes) else {
             return false;
         };
         let [.., before, after] = self.steps.as_slice() else { return true };
@@ -470,20 +491,6 @@ fn change_by_channel(bench: &FitProblem, before: &Residuals, after: &Residuals) 
         count += was.count as f64;
     }
     sum / count
-}
-
-/// The same logs, with each channel's noise as large as what these residuals leave of it.
-fn inflate_noise(bench: &FitProblem, at: &Residuals) -> FitProblem {
-    let parts = diagnose::parts(bench, at);
-    let factor = |log: usize, channel: &'static str| {
-        parts
-            .get(&(log, channel))
-            .map_or(1.0, |p| (p.square / p.count.max(1) as f64).sqrt().max(1.0))
-    };
-    let inflate_noise =
-        |(log, e): (usize, &Experiment)| e.inflate_noise(|channel| factor(log, channel));
-    let experiments = bench.experiments.iter().enumerate().map(inflate_noise).collect();
-    FitProblem { deadline: bench.deadline, ..bench.on(experiments) }
 }
 
 /// True where the arm, struck in every joint at a posture of the logs, comes to rest.

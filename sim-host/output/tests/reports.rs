@@ -144,7 +144,7 @@ fn diagnosis_of_an_unknown_effect() {
 #[test]
 fn diagnosis_of_nothing() {
     let mut parts = sample::diagnosis(Verdict::Adequate);
-    parts.diagnosis.score_before = 1.02;
+    (parts.diagnosis.score_before, parts.diagnosis.held_out_calibrated) = (1.02, 1.02);
     parts.diagnosis.calibration.clear();
     insta::assert_snapshot!(told(&parts.diagnosed()));
 }

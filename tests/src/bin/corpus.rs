@@ -36,6 +36,10 @@ struct Arguments {
     /// The laws outside the library by which discovery is judged, in place of the corpus.
     #[arg(long)]
     outside: bool,
+    /// Campaigns in which nothing is missing, though the laboratory errs by more than is expected,
+    /// in place of the corpus.
+    #[arg(long, conflicts_with = "outside")]
+    flawless: bool,
     /// Only the case of this number.
     #[arg(long)]
     only: Option<usize>,
@@ -72,9 +76,10 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     let protocol = if arguments.short { Protocol::short() } else { Protocol::usual() };
-    let mut cases = match arguments.outside {
-        true => outside::cases(arguments.seed, arguments.cases, &protocol),
-        false => LABORATORY.corpus(arguments.seed, arguments.cases, &protocol),
+    let mut cases = match (arguments.outside, arguments.flawless) {
+        (true, _) => outside::cases(arguments.seed, arguments.cases, &protocol),
+        (_, true) => LABORATORY.flawless(arguments.seed, arguments.cases, &protocol),
+        _ => LABORATORY.corpus(arguments.seed, arguments.cases, &protocol),
     };
     cases.iter_mut().for_each(|case| case.recipe.geometry_error = arguments.geometry);
     let written = match read_to_string(&arguments.out) {

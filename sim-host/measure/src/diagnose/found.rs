@@ -5,8 +5,8 @@ use super::rules;
 use crate::HALF_95;
 use crate::data::log::LogKind;
 use crate::fit::calibration::is_calibration;
-use crate::fit::{self, EffectScope, FitProblem, Fitted, Step};
-use crate::predict::Motion;
+use crate::fit::{self, EffectScope, Effort, FitProblem, Fitted, Residuals, Step};
+use crate::predict::{Experiment, Motion};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -30,6 +30,29 @@ impl FittedEffect {
     /// stays as it was.
     pub fn is_fitted(&self, parameter: usize) -> bool {
         self.interval.get(parameter).is_none_or(|[low, high]| low != high)
+    }
+
+    /// True for a value that the logs bound: its interval is narrower than its plausible range.
+    pub fn is_bounded(&self, parameter: usize) -> bool {
+        let plausible = &self.effect.kind.parameters[parameter];
+        let width = self.interval.get(parameter).map_or(0.0, |[low, high]| high - low);
+        width <= (plausible.high - plausible.low).abs()
+    }
+
+    /// True where the interval of one of its sizes, which the logs bound, does not hold the value
+    /// without effect.
+    pub fn is_told_from_nothing(&self) -> bool {
+        let sizes = self.effect.kind.parameters.iter().enumerate().filter(|(_, p)| p.is_size());
+        let mut told = sizes.map(|(k, parameter)| {
+            let (value, [low, high]) = (self.effect.values[k], self.interval[k]);
+            let nothing = match parameter.role {
+                // What is far beyond any plausible value is as good as none: 1/value is nothing.
+                Role::Reciprocal { .. } => low <= 0.0 || value >= parameter.high,
+                _ => (low..=high).contains(&parameter.without_effect(value)),
+            };
+            self.is_bounded(k) && !nothing
+        });
+        told.any(|told| told)
     }
 
     /// True for a wave of which the logs hold less than one turn, or do not tell its order, or its
@@ -70,7 +93,7 @@ pub(super) fn effects_of(fitted: &Fitted) -> Vec<usize> {
 
 /// Standard deviations of half a 95 % interval of Student's distribution with the nine degrees of
 /// freedom that ten blocks leave.
-const OF_BLOCKS: f64 = 2.262;
+pub(super) const OF_BLOCKS: f64 = 2.262;
 
 /// Fitted effects with their intervals: of what noise makes of the values, or of what the blocks in
 /// time disagree by, whichever is wider.
@@ -84,8 +107,40 @@ pub(crate) fn found(
 
 /// The same of all values of a point at which the sum of squares is not least: the intervals go by how
 /// far each is from where it would be as well, √(σ² + δ²).
-pub(crate) fn found_on_the_way(bench: &FitProblem, fitted: &Fitted) -> Vec<FittedEffect> {
+fn found_on_the_way(bench: &FitProblem, fitted: &Fitted) -> Vec<FittedEffect> {
     found_off(bench, fitted, |_| true, |step, k| step.step[k])
+}
+
+/// All fitted effects with their intervals. Where something is left that stands out, each channel
+/// is weighed by what is left in it: one that no model explains says little of the values that
+/// others tell.
+pub(crate) fn found_by_what_is_left(
+    bench: &FitProblem,
+    blocks: &[Vec<u8>],
+    fitted: &Fitted,
+) -> Vec<FittedEffect> {
+    let plain = || found(bench, fitted, |_| true);
+    if rules::at_floor(bench, &fitted.at) {
+        return plain();
+    }
+    let bench = inflate_noise(bench, &fitted.at);
+    match fit::fit(&bench, &fitted.point, blocks, &[], Effort::steps(0, 0)) {
+        Ok(weighed) => found_on_the_way(&bench, &weighed),
+        Err(_) => plain(),
+    }
+}
+
+/// The same logs, with each channel's noise as large as what these residuals leave of it.
+pub(crate) fn inflate_noise(bench: &FitProblem, at: &Residuals) -> FitProblem {
+    let parts = rules::parts(bench, at);
+    let factor = |log: usize, channel: &'static str| {
+        parts
+            .get(&(log, channel))
+            .map_or(1.0, |p| (p.square / p.count.max(1) as f64).sqrt().max(1.0))
+    };
+    let inflated = |(log, e): (usize, &Experiment)| e.inflate_noise(|channel| factor(log, channel));
+    let experiments = bench.experiments.iter().enumerate().map(inflated).collect();
+    FitProblem { deadline: bench.deadline, ..bench.on(experiments) }
 }
 
 /// The same, by how far each value is off, in the fit's units, as the step to the least sum of squares

@@ -12,6 +12,7 @@ mod beyond;
 mod confuse;
 pub mod evidence;
 mod found;
+mod gate;
 mod mountings;
 pub mod rules;
 mod same_calibration;
@@ -22,7 +23,7 @@ mod tell;
 
 pub use confuse::Confusable;
 pub use found::FittedEffect;
-pub(crate) use found::{found, found_beside, found_on_the_way};
+pub(crate) use found::{found, found_beside, found_by_what_is_left, inflate_noise};
 pub use mountings::{Combination, Mountings};
 pub use rules::{Part, held_out_score, parts, score};
 pub(crate) use screen::Context;
@@ -39,6 +40,7 @@ use crate::predict::{Experiment, PredictError};
 use crate::residuals::localize::{Finding, localize};
 use beyond::beyond_expected;
 use found::{effects_of, found_effects, has_unseen_wave};
+pub(crate) use gate::{HeldOutGain, may_be_named};
 use rules::{above, at_floor, counts, floor, stands_out};
 use screen::{Screened, likeliest, screen};
 use search::{Explained, fit_all, uncalibrated};
@@ -91,6 +93,9 @@ pub struct Candidate {
     pub probability: f64,
     /// Share of what was above the floor that is still there.
     pub left: f64,
+    /// True where it may be named: the logs tell its values from no effect, and it predicts rows
+    /// that were left out better than calibrations alone by more than chance.
+    pub may_be_named: bool,
     /// Other explanations that these data do not tell from this one, by index.
     pub indistinguishable: Vec<usize>,
     /// The fit.
@@ -104,13 +109,15 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// Score of the model as it was given.
     pub score_before: f64,
+    /// Score on held-out blocks with calibrations alone.
+    pub held_out_calibrated: f64,
     /// Residuals of the model as it was given.
     pub before: Residuals,
     /// What each log has of its own under the model as it was given.
     pub each_log: FitState,
     /// The fit of calibrations alone.
     pub null: Fitted,
-    /// Fits of the explanation: one effect, then two; none where none counts.
+    /// Fits of the explanation: one effect, then two; none where none may be named.
     pub chosen: Vec<Fitted>,
     /// Explanations, best first.
     pub candidates: Vec<Candidate>,
@@ -190,6 +197,14 @@ pub fn diagnose(
         }
         (chosen, alike) = (explained.chosen, explained.alike);
         singles[0] = chosen[0].clone();
+        while let Some(last) = chosen.last() {
+            let before = chosen.len().checked_sub(2).map_or(ground.null, |k| &chosen[k]);
+            if is_nameable(&ground, before, last) {
+                break;
+            }
+            chosen.pop();
+            alike.clear();
+        }
     }
     if let Some(last) = chosen.last().filter(|_| chosen.len() > 1) {
         let mut together = vec![last.clone()];
@@ -253,15 +268,24 @@ fn look(
     Ok(Looked { null, given, screened, singles, undone })
 }
 
-/// The best of some effects that counts; of those that the data do not tell from it, one that is no
-/// piece of a wave, which bends to almost anything.
+/// The best of some effects that counts and may be named; of those that the data do not tell from
+/// it, one that is no piece of a wave, which bends to almost anything.
 fn best_that_counts(ground: &Context<'_>, singles: &[Fitted]) -> Option<usize> {
-    let count = |k: &usize| counts(ground.bench, ground.null, &singles[*k]);
+    let count = |k: &usize| {
+        counts(ground.bench, ground.null, &singles[*k])
+            && is_nameable(ground, ground.null, &singles[*k])
+    };
     let cost = |k: usize| ground.owed_cost(&singles[k]);
     let best = (0..singles.len()).find(count)?;
     let reach = cost(best) + rules::TIED * rules::trust(&singles[best]);
     let mut tied = (best..singles.len()).take_while(|k| cost(*k) <= reach);
     Some(tied.find(|k| !has_unseen_wave(ground.bench, &singles[*k]) && count(k)).unwrap_or(best))
+}
+
+/// True for a fit whose effects may be named beside what `before` has.
+fn is_nameable(ground: &Context<'_>, before: &Fitted, fitted: &Fitted) -> bool {
+    let effects = found_effects(ground.bench, fitted);
+    may_be_named(ground.bench, ground.blocks, (before, fitted), &effects)
 }
 
 /// True for two fits of the same effects at the same places.
@@ -339,17 +363,17 @@ fn conclude(
     let excess = above(bench, &null.at).max(1.0);
     let best = chosen.last().unwrap_or(null);
     let mut verdict = verdict(bench, null, &chosen);
-
-    // Which calibrations count, beside the explanation.
-    let (mut improved, kept) = sparse(bench, blocks, best);
-    for effect in effects_of(&improved) {
-        search::polish(bench, blocks, &mut improved, effect);
+    let (improved, kept) = improved_by(bench, blocks, best);
+    // It must do better than the model as it was given as well.
+    if !chosen.is_empty() && !predicts_better(ground, &before, &improved) {
+        return conclude(ground, (before, held), singles, Vec::new(), tried, unexplained);
     }
-    // Beside an effect of another size others are needed no more.
-    let (improved, kept) = sparse::without_doubtful(bench, blocks, (improved, kept));
     let kept: Vec<_> = kept.into_iter().filter(|name| !is_of_registration(bench, name.0)).collect();
-    let calibration =
-        found_beside(bench, &improved, best, |of| is_calibration(improved.point.effect(of).kind));
+    let mut calibration = match at_floor(bench, &improved.at) {
+        true => found_beside(bench, &improved, best, |_| true),
+        false => found_by_what_is_left(bench, blocks, &improved),
+    };
+    calibration.retain(|found| is_calibration(found.effect.kind));
 
     let mut candidates: Vec<Candidate> = singles
         .into_iter()
@@ -359,10 +383,12 @@ fn conclude(
             held_out_after: held_out_score(&fitted),
             probability: 0.0,
             left: above(bench, &fitted.at) / excess,
+            may_be_named: is_nameable(ground, null, &fitted),
             indistinguishable: Vec::new(),
             fitted,
         })
         .collect();
+    candidates.sort_by_key(|candidate| !candidate.may_be_named);
     // What it costs to say nothing: with calibrations as they are, or, where a calibration is the
     // answer, with none.
     let mut nothing = null.cost;
@@ -370,7 +396,10 @@ fn conclude(
     // calibration any more. Where each log has its own it is the laboratory's doing, not the cell's.
     let beyond: Vec<&FittedEffect> = calibration.iter().filter(|f| f.is_implausible()).collect();
     let answer = match (kept.as_slice(), beyond.as_slice()) {
-        ([only], _) => Some((*only, fit::chi_square(&before))),
+        ([only], _) => {
+            let given = fit::chi_square(&before);
+            Some((*only, without_calibration(null, *only).map_or(given, |cost| cost.min(given))))
+        }
         (_, [only]) => Some(((only.effect.kind.id, only.effect.at), held)),
         _ => None,
     };
@@ -379,12 +408,15 @@ fn conclude(
         && !improved.point.each.iter().flatten().any(|e| (e.kind.id, e.at) == name)
         && !bench.per_log.iter().any(|own| (own.stated.kind.id, own.stated.at) == name)
         && stands_out(bench, &before, &improved.at)
+        && predicts_better(ground, &before, &improved)
+        && calibration.iter().any(|f| is_named(f, name) && f.is_told_from_nothing())
     {
         verdict = Verdict::EffectFound;
         nothing = without;
         // What was tried beside all calibrations has no place beside one of them: none of it
         // counts.
         let of_calibration = |fitted: &Fitted, effects: Vec<FittedEffect>| Candidate {
+            may_be_named: effects.iter().any(FittedEffect::is_told_from_nothing),
             effects: effects.into_iter().take(1).collect(),
             held_out_before: score_before,
             held_out_after: held_out_score(fitted),
@@ -413,6 +445,10 @@ fn conclude(
         if any < rules::SURELY_ONE && at_floor(bench, &null.at) {
             // "None of these" is not much less likely than all that was tried, and nothing stands
             // out.
+            if !chosen.is_empty() {
+                let singles = candidates.into_iter().map(|c| c.fitted).collect();
+                return conclude(ground, (before, held), singles, Vec::new(), tried, unexplained);
+            }
             verdict = Verdict::Adequate;
         } else if any < 0.5 || candidates[0].probability < rules::LEAST_LIKELY {
             // The same where something does; or so many explain the data alike that none is found.
@@ -422,6 +458,7 @@ fn conclude(
     Diagnosis {
         verdict,
         score_before,
+        held_out_calibrated: held_out_score(null),
         before,
         each_log: FitState::empty(bench.experiments.len()),
         null: null.clone(),
@@ -440,6 +477,43 @@ fn conclude(
         confusable: Vec::new(),
         undone: Vec::new(),
     }
+}
+
+/// The fit with those calibrations alone that count beside its effects, and their names.
+fn improved_by(
+    bench: &FitProblem,
+    blocks: &[Vec<u8>],
+    best: &Fitted,
+) -> (Fitted, Vec<(&'static str, Location)>) {
+    let (mut improved, kept) = sparse(bench, blocks, best);
+    for effect in effects_of(&improved) {
+        search::polish(bench, blocks, &mut improved, effect);
+    }
+    // Beside an effect of another size others are needed no more.
+    sparse::without_doubtful(bench, blocks, (improved, kept))
+}
+
+/// Cost of all calibrations but one, by the slopes of the fit with all.
+fn without_calibration(null: &Fitted, name: (&str, Location)) -> Option<f64> {
+    let is_it = |k: &usize| {
+        let effect = null.point.effect(null.point.free[*k].of);
+        (effect.kind.id, effect.at) == name
+    };
+    let others: Vec<usize> = (0..null.point.free.len()).filter(|k| !is_it(k)).collect();
+    Some(null.linear.with_only(&others)?.0)
+}
+
+fn is_named(found: &FittedEffect, name: (&str, Location)) -> bool {
+    (found.effect.kind.id, found.effect.at) == name
+}
+
+/// True where a fit predicts rows that were left out better than the model as it was given does.
+fn predicts_better(ground: &Context<'_>, before: &Residuals, fitted: &Fitted) -> bool {
+    let Context { bench, blocks, .. } = *ground;
+    let owed = rules::owed(before, &fitted.at);
+    let before = before.iter().map(|log| log.residual.clone()).collect();
+    let after = fitted.residuals_from_others(blocks);
+    HeldOutGain::of(bench, blocks, &[before, after], owed).is_more_than_chance()
 }
 
 /// True for a calibration of trackers whose frames were fitted: it is what that has left over.
@@ -467,10 +541,24 @@ fn weigh(
     // What is left above the floor says how far the sum of squares can be trusted.
     let trust = rules::trust(&first.fitted);
     let weight = |cost: f64| (-0.5 * (cost - best).max(0.0) / trust).exp();
+    // What may not be named is no explanation. Where it fits better than they do by more than a tie,
+    // "none of these" is the likelier.
+    let unnamed = |cost: f64| match best - cost {
+        better if better > rules::TIED * trust => (0.5 * better / trust).exp(),
+        _ => 0.0,
+    };
+    let weights: Vec<f64> = candidates
+        .iter()
+        .zip(&costs)
+        .map(|(c, cost)| if c.may_be_named { weight(*cost) } else { unnamed(*cost) })
+        .collect();
     // "None of these" stands beside them: with the calibrations alone, and with what the best
     // leaves above the floor. Of many that are tried one fits well by chance.
-    let none = if verdict == Verdict::Adequate { 1.0 } else { weight(nothing) * tried as f64 };
-    let sum: f64 = costs.iter().map(|cost| weight(*cost)).sum::<f64>() + none;
+    let none = match verdict {
+        Verdict::Adequate => (weight(nothing) * tried as f64).max(1.0),
+        _ => weight(nothing) * tried as f64,
+    };
+    let sum: f64 = weights.iter().sum::<f64>() + none;
     let ceiling = match verdict {
         Verdict::UnknownEffect => 0.5,
         _ => 1.0 - (fit::chi_square(&first.fitted.at) / floor - 1.0).clamp(0.0, 0.5),
@@ -478,10 +566,12 @@ fn weigh(
     // What shows little may be something else that looks alike.
     let near_limit = (rules::FAINT / (nothing - best).max(rules::FAINT)).sqrt();
     let ceiling = ceiling * (1.0 - rules::LOOKS_ALIKE * near_limit);
+    let named: Vec<bool> = candidates.iter().map(|c| c.may_be_named).collect();
     for (k, c) in candidates.iter_mut().enumerate() {
-        c.probability = weight(costs[k]) / sum * ceiling;
+        c.probability = if c.may_be_named { weights[k] / sum * ceiling } else { 0.0 };
         c.indistinguishable = (0..costs.len())
-            .filter(|j| *j != k && (costs[*j] - costs[k]).abs() < rules::TIED * trust)
+            .filter(|j| *j != k && named[*j])
+            .filter(|j| (costs[*j] - costs[k]).abs() < rules::TIED * trust)
             .collect();
     }
 }

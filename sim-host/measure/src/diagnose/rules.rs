@@ -114,29 +114,53 @@ impl Part {
 fn sums<K: Ord>(
     bench: &FitProblem,
     residuals: &Residuals,
+    weights: impl Fn(&[Compared]) -> Vec<f64>,
     key: impl Fn(usize, &Compared) -> K,
 ) -> BTreeMap<K, Part> {
     let mut sums: BTreeMap<K, Part> = BTreeMap::new();
     for (log, (experiment, prediction)) in bench.experiments.iter().zip(residuals).enumerate() {
-        for (c, r) in experiment.compared.iter().zip(&prediction.residual) {
+        let weights = weights(&experiment.compared);
+        let values = experiment.compared.iter().zip(weights).zip(&prediction.residual);
+        for ((c, weight), r) in values {
             let part = sums.entry(key(log, c)).or_default();
-            part.add(&Part { square: r * r, count: 1, stated: usize::from(c.stated) });
+            part.add(&Part { square: weight * r * r, count: 1, stated: usize::from(c.stated) });
         }
     }
     sums
 }
 
+/// Every value counts.
+fn all(compared: &[Compared]) -> Vec<f64> {
+    vec![1.0; compared.len()]
+}
+
+/// What each value of a log counts for as evidence: of n values that are off alike by a share ρ of
+/// their variance, each counts for 1/(1 + (n − 1) ρ) (Kish's design effect).
+pub(super) fn evidence_weights(compared: &[Compared]) -> Vec<f64> {
+    let mut columns: BTreeMap<(Quantity, u8), (usize, f64)> = BTreeMap::new();
+    for c in compared {
+        let (count, alike) = columns.entry((c.quantity, c.component)).or_default();
+        (*count, *alike) = (*count + 1, *alike + c.alike);
+    }
+    let weight = |c: &Compared| {
+        let (count, alike) = columns[&(c.quantity, c.component)];
+        (1.0 + (count - 1) as f64 * alike / count as f64).recip()
+    };
+    compared.iter().map(weight).collect()
+}
+
 /// Sums of squares by log and channel.
 pub fn parts(bench: &FitProblem, residuals: &Residuals) -> BTreeMap<(usize, &'static str), Part> {
-    sums(bench, residuals, |log, c| (log, c.quantity.channel()))
+    sums(bench, residuals, all, |log, c| (log, c.quantity.channel()))
 }
 
 /// Sums of squares by log and column; the spindle's orders apart from what is slow.
 fn columns(
     bench: &FitProblem,
     residuals: &Residuals,
+    weights: impl Fn(&[Compared]) -> Vec<f64>,
 ) -> BTreeMap<(usize, &'static str, u8, bool), Part> {
-    sums(bench, residuals, |log, c| {
+    sums(bench, residuals, weights, |log, c| {
         (log, c.quantity.channel(), c.component, matches!(c.quantity, Quantity::Ripple { .. }))
     })
 }
@@ -146,7 +170,7 @@ pub(crate) fn counts(bench: &FitProblem, before: &Fitted, after: &Fitted) -> boo
     let (before_out, after_out) = (before.linear.held_out(None), after.linear.held_out(None));
     let differences = || before_out.iter().zip(&after_out).map(|(b, a)| b - a);
     // A block that is left out tells where links lie in their gaps all the same, noise with it.
-    let gained = differences().filter(|d| *d > 0.0).sum::<f64>() - owed(before, after);
+    let gained = differences().filter(|d| *d > 0.0).sum::<f64>() - owed(&before.at, &after.at);
     let lost: f64 = -differences().filter(|d| *d < 0.0).sum::<f64>();
     if gained - lost < GAIN || (lost > LOST * gained && gained - lost < PLENTY) {
         return false;
@@ -157,16 +181,17 @@ pub(crate) fn counts(bench: &FitProblem, before: &Fitted, after: &Fitted) -> boo
 
 /// Fall of the sum of squares from one model to another that is no evidence: links that are put where
 /// they were seen are put there noise and all.
-pub(crate) fn owed(before: &Fitted, after: &Fitted) -> f64 {
-    let anywhere = |fitted: &Fitted| fitted.at.iter().map(|p| p.anywhere).sum::<f64>();
+pub(crate) fn owed(before: &Residuals, after: &Residuals) -> f64 {
+    let anywhere = |at: &Residuals| at.iter().map(|p| p.anywhere).sum::<f64>();
     anywhere(after) - anywhere(before)
 }
 
 /// True where the sum of squares of some channel, or of one of its columns, falls by more than its
 /// noise is known to.
 pub(crate) fn stands_out(bench: &FitProblem, before: &Residuals, after: &Residuals) -> bool {
-    let ample = fit::chi_square(before) - fit::chi_square(after) > AMPLE;
-    let (before, after) = (columns(bench, before), columns(bench, after));
+    let [before, after] = [before, after].map(|at| columns(bench, at, evidence_weights));
+    let sum = |all: &BTreeMap<_, Part>| all.values().map(|part| part.square).sum::<f64>();
+    let ample = sum(&before) - sum(&after) > AMPLE;
     let mut channels: BTreeMap<(usize, &'static str, bool), (Part, f64)> = BTreeMap::new();
     let mut seen = false;
     for (key @ (log, channel, _, ripple), column) in &before {
@@ -205,5 +230,5 @@ pub(crate) fn standing_out(bench: &FitProblem, residuals: &Residuals) -> f64 {
         let count = p.count as f64;
         (p.square - count * (SURELY_ABOVE.powi(2) + 6.0 * (2.0 / count).sqrt())).max(0.0)
     };
-    columns(bench, residuals).values().map(above).sum()
+    columns(bench, residuals, all).values().map(above).sum()
 }

@@ -86,7 +86,7 @@ pub(crate) struct Context<'a> {
 impl Context<'_> {
     /// Cost of a fit without what is no evidence beside calibrations alone.
     pub(super) fn owed_cost(&self, fitted: &Fitted) -> f64 {
-        fitted.cost + rules::owed(self.null, fitted)
+        fitted.cost + rules::owed(&self.null.at, &fitted.at)
     }
 
     /// Screens one effect at one place with all its shapes; the best of them. `None` where the logs

@@ -162,15 +162,26 @@ fn rivals(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<(String, Vec<Effect>)
         .collect()
 }
 
+impl Diagnosis {
+    /// Score on held-out blocks without what is missing: with calibrations alone, or, where a
+    /// calibration is the answer, of the model as it was given.
+    pub fn held_out_without(&self) -> f64 {
+        match self.verdict {
+            Verdict::EffectFound if self.chosen.is_empty() => self.score_before,
+            _ => self.held_out_calibrated,
+        }
+    }
+}
+
 impl Candidate {
-    /// True where it takes away a tenth at least of what is above the floor.
+    /// True where it may be named, and takes away a tenth at least of what is above the floor.
     pub fn explains(&self) -> bool {
-        self.left < 0.9
+        self.may_be_named && self.left < 0.9
     }
 
     /// True where not so many others explain the data as well that it is none to be named.
     pub fn is_likely(&self) -> bool {
-        self.probability >= rules::LEAST_LIKELY && !self.has_unseen_wave()
+        self.may_be_named && self.probability >= rules::LEAST_LIKELY && !self.has_unseen_wave()
     }
 
     /// True where one of its effects is a wave that the logs do not tell to be one.

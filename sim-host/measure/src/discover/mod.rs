@@ -166,6 +166,10 @@ pub fn discover(
     let Some((mut discovery, fitted)) = described(&context, &laws) else {
         return Vec::new();
     };
+    let effect = std::slice::from_ref(&discovery.effect);
+    if !diagnose::may_be_named(bench, &blocks, (&null, &fitted), effect) {
+        return Vec::new();
+    }
     discovery.held_out_before = diagnosis.score_before;
     let (improved, _) = diagnose::sparse(bench, &blocks, &fitted);
     let is_of_calibration = |of| is_calibration(improved.point.effect(of).kind);

@@ -2,6 +2,7 @@
 //! damped, with some values held, with a block left out.
 
 use super::{BLOCKS, Residuals, Slopes};
+use crate::predict::Prediction;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::ops::Range;
 
@@ -333,16 +334,39 @@ impl Linear {
         Some(self.solve_beside(&step, None, 0.0, Some(own))?.step)
     }
 
-    /// Sum of squares of each block, predicted from all the others.
-    pub fn held_out(&self, only: Option<&[usize]>) -> Vec<f64> {
+    /// The step of each block from all the others; `None` where these do not determine it.
+    fn steps_from_others(&self, only: Option<&[usize]>) -> Vec<Option<DVector<f64>>> {
         let staying = self.staying(only);
         let held = staying.as_ref().unwrap_or(self);
-        (0..BLOCKS)
-            .map(|b| match held.solve(Some(b), 0.0, only) {
-                Some(found) => self.block_after(b, &found.step),
-                None => self.rest[b],
-            })
-            .collect()
+        (0..BLOCKS).map(|b| Some(held.solve(Some(b), 0.0, only)?.step)).collect()
+    }
+
+    /// Sum of squares of each block, predicted from all the others.
+    pub fn held_out(&self, only: Option<&[usize]>) -> Vec<f64> {
+        let steps = self.steps_from_others(only).into_iter().enumerate();
+        steps.map(|(b, step)| step.map_or(self.rest[b], |s| self.block_after(b, &s))).collect()
+    }
+
+    /// Residuals of each log, every block predicted from all the others. `at`, `slopes`: what this
+    /// is the linear model of.
+    pub(super) fn residuals_from_others(
+        &self,
+        blocks: &[Vec<u8>],
+        at: &Residuals,
+        slopes: &[Slopes],
+    ) -> Vec<Vec<f64>> {
+        let steps = self.steps_from_others(None);
+        let of_log = |(log, (blocks, at)): (usize, (&Vec<u8>, &Prediction))| {
+            let mut residual = at.residual.clone();
+            for (k, slope) in slopes.iter().enumerate() {
+                let Some(slope) = &slope[log] else { continue };
+                for ((r, a), b) in residual.iter_mut().zip(slope).zip(blocks) {
+                    *r += a * steps[usize::from(*b)].as_ref().map_or(0.0, |step| step[k]);
+                }
+            }
+            residual
+        };
+        blocks.iter().zip(at).enumerate().map(of_log).collect()
     }
 }
 
@@ -432,7 +456,6 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::predict::Prediction;
 
     #[test]
     fn values_beside_none_are_as_values_alone() {

@@ -268,6 +268,11 @@ impl Fitted {
         squares.map_or(f64::INFINITY, |squares| squares.iter().sum())
     }
 
+    /// Residuals of each log, every block in time predicted from all the others.
+    pub(crate) fn residuals_from_others(&self, blocks: &[Vec<u8>]) -> Vec<Vec<f64>> {
+        self.linear.residuals_from_others(blocks, &self.at, &self.slopes)
+    }
+
     /// Takes slopes anew where the fit stands, but for the first `stale` and for those of values that
     /// residuals are in proportion to.
     fn refresh(&mut self, bench: &FitProblem, blocks: &[Vec<u8>], stale: usize) {

@@ -72,6 +72,10 @@ pub struct Compared {
     pub deviation: f64,
     /// True where that noise was stated by the log.
     pub stated: bool,
+    /// Share of the variance that is no noise, but what the prediction is exact to: it is off alike
+    /// in all values of this quantity and component in a log, which together say no more of it than
+    /// one.
+    pub alike: f64,
 }
 
 /// Measured value of a rotation, which is compared as what it turns from the predicted one: NaN
@@ -93,7 +97,16 @@ pub(super) fn list(
         for c in columns.clone() {
             let (measured, deviation, stated) = of(k, c);
             let component = c as u8;
-            compared.push(Compared { quantity, component, row, measured, deviation, stated });
+            let alike = 0.0;
+            compared.push(Compared {
+                quantity,
+                component,
+                row,
+                measured,
+                deviation,
+                stated,
+                alike,
+            });
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::words::diagnose::{
     confusable, in_a_line, limits, none_of_these, ranked, remains, undone, values,
 };
 use crate::words::finding::map_title;
-use crate::words::{self, Scale, probability, score, share};
+use crate::words::{self, Scale, counted, probability, score, share};
 use trueweld_measure::diagnose::evidence::EffectCurve;
 use trueweld_measure::diagnose::{FittedEffect, Reason, Verdict};
 use trueweld_measure::residuals::localize::{CurvePoint, foremost};
@@ -62,7 +62,12 @@ impl Report for DiagnoseReport<'_> {
                 document.push(Block::Steps(words::experiment::steps(plan)));
             }
         }
-        if missing && !(diagnosis.chosen.is_empty() && self.discovered.is_empty()) {
+        let explained = !(diagnosis.chosen.is_empty() && self.discovered.is_empty());
+        // Where no effect is named they are what there is to say.
+        if !explained {
+            self.push_calibrations(&mut document);
+        }
+        if missing && explained {
             document.section(
                 Medium::Page,
                 "Measured and predicted, with the model as given and with the best explanation",
@@ -74,20 +79,8 @@ impl Report for DiagnoseReport<'_> {
             "Explanations that were fitted, every effect of the library at every place, best first",
             Block::Table(self.ranking()),
         );
-        let calibrations = diagnosis.calibration.iter().map(|found| self.calibration(found));
-        document.section(
-            Medium::All,
-            "Calibrations that are off, which are no missing effect",
-            Block::List(calibrations.collect()),
-        );
-        let mountings = diagnosis.mountings.as_ref().filter(|_| {
-            let posture = |f: &FittedEffect| {
-                f.effect.kind.calibration.is_some_and(|c| c.scope == CalibrationScope::Postures)
-            };
-            diagnosis.calibration.iter().any(posture)
-        });
-        if let Some(mountings) = mountings {
-            document.push(Block::Note(words::diagnose::mountings(mountings, &self.model.robot)));
+        if explained {
+            self.push_calibrations(&mut document);
         }
         document.section(
             Medium::All,
@@ -128,9 +121,39 @@ impl super::Recorded for DiagnoseReport<'_> {
 }
 
 impl DiagnoseReport<'_> {
-    fn calibration(&self, found: &FittedEffect) -> String {
-        let of = found.log.map_or(String::new(), |log| format!(" in {}", self.log(log)));
-        format!("{}{of}", in_a_line(found, &self.model.robot))
+    /// The calibrations that are off, and what the logs fix of mountings where one is of a link.
+    fn push_calibrations(&self, document: &mut Document) {
+        document.section(
+            Medium::All,
+            "Calibrations that are off, which are no missing effect",
+            Block::List(self.calibrations()),
+        );
+        let mountings = self.diagnosis.mountings.as_ref().filter(|_| {
+            let posture = |f: &FittedEffect| {
+                f.effect.kind.calibration.is_some_and(|c| c.scope == CalibrationScope::Postures)
+            };
+            self.diagnosis.calibration.iter().any(posture)
+        });
+        if let Some(mountings) = mountings {
+            document.push(Block::Note(words::diagnose::mountings(mountings, &self.model.robot)));
+        }
+    }
+
+    /// The calibrations that are told from nothing, a line each, and how many others there are.
+    fn calibrations(&self) -> Vec<String> {
+        let line = |found: &FittedEffect| {
+            let of = found.log.map_or(String::new(), |log| format!(" in {}", self.log(log)));
+            format!("{}{of}", in_a_line(found, &self.model.robot))
+        };
+        let all = &self.diagnosis.calibration;
+        let mut lines: Vec<String> =
+            all.iter().filter(|f| f.is_told_from_nothing()).map(line).collect();
+        let others = all.len() - lines.len();
+        if !lines.is_empty() && others > 0 {
+            let others = counted(others, "further calibration");
+            lines.push(format!("{others}: none leaves zero"));
+        }
+        lines
     }
 
     fn ranking(&self) -> Table {
@@ -161,7 +184,7 @@ impl DiagnoseReport<'_> {
             rows.push(vec![
                 words("none of these"),
                 words(""),
-                number(score(self.diagnosis.score_before)),
+                number(score(self.diagnosis.held_out_without())),
                 number(""),
                 none,
                 words(""),
@@ -263,6 +286,34 @@ mod tests {
         assert_eq!(page.matches("<svg").count(), 2);
         assert!(page.contains("What these logs hardly tell apart"));
         assert!(!page.contains("What to record next"));
+    }
+
+    #[test]
+    fn calibrations_that_hold_zero_are_told_by_their_number() {
+        let mut parts = sample::diagnosis(Verdict::Adequate);
+        let off = parts.diagnosis.calibration[0].clone();
+        let zero = FittedEffect { interval: vec![[-1e-6, 2.1e-5]], ..off };
+        parts.diagnosis.calibration.splice(0..0, [zero.clone(), zero]);
+        let (text, page) = (parts.diagnosed().text(), parts.diagnosed().page());
+        assert!(
+            text.starts_with("The calibration is off: encoder-offset at A5 in 1 log."),
+            "{text}"
+        );
+        for shown in [&text, &page] {
+            assert_eq!(shown.matches("encoder-offset at A5 (offset").count(), 1);
+            assert!(shown.contains("2 further calibrations: none leaves zero"));
+        }
+    }
+
+    #[test]
+    fn what_may_not_be_named_is_not() {
+        for verdict in [Verdict::UnknownEffect, Verdict::Adequate] {
+            let mut parts = sample::diagnosis(verdict);
+            parts.diagnosis.candidates[0].may_be_named = false;
+            parts.diagnosis.calibration.clear();
+            let headline = parts.diagnosed().headline();
+            assert!(!headline.contains("backlash"), "{headline}");
+        }
     }
 
     #[test]

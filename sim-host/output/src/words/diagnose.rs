@@ -2,7 +2,8 @@
 
 use super::finding::{article, sentence};
 use super::{
-    Scale, counted, discover, effects, experiment, fixed, listed, probability, score, share,
+    Scale, counted, discover, effects, experiment, fixed, listed, probability, score, score_change,
+    share,
 };
 use crate::DiagnoseReport;
 use trueweld_measure::diagnose::{
@@ -90,9 +91,11 @@ fn followed(unexplained: &[Finding]) -> String {
     }
 }
 
-/// Calibrations in a line: those of the cell with their values, those of single logs by how many.
+/// Calibrations in a line, of those that are told from nothing: those of the cell with their
+/// values, those of single logs by how many. Empty where there are none.
 pub(super) fn calibrations(found: &[FittedEffect], robot: &RobotFile) -> String {
-    let (of_logs, of_cell): (Vec<_>, Vec<_>) = found.iter().partition(|f| f.log.is_some());
+    let told = found.iter().filter(|f| f.is_told_from_nothing());
+    let (of_logs, of_cell): (Vec<_>, Vec<_>) = told.partition(|f| f.log.is_some());
     let mut told: Vec<String> = of_cell.into_iter().map(|f| in_a_line(f, robot)).collect();
     let mut names: Vec<(String, usize)> = Vec::new();
     for name in of_logs.iter().map(|f| f.effect.name(robot)) {
@@ -113,13 +116,12 @@ pub(super) fn calibrations(found: &[FittedEffect], robot: &RobotFile) -> String 
 /// What is said of calibrations that are larger than any; nothing where there are none.
 pub(super) fn implausible(found: &[FittedEffect], robot: &RobotFile) -> String {
     let beyond: Vec<FittedEffect> = found.iter().filter(|f| f.is_implausible()).cloned().collect();
-    if beyond.is_empty() {
-        return String::new();
+    match calibrations(&beyond, robot) {
+        names if names.is_empty() => names,
+        names => format!(
+            " More than a calibration: {names}. Something else is wrong there, in the robot file or in the cell."
+        ),
     }
-    format!(
-        " More than a calibration: {}. Something else is wrong there, in the robot file or in the cell.",
-        calibrations(&beyond, robot)
-    )
 }
 
 /// What the logs fix of how links are mounted, in a line.
@@ -146,16 +148,15 @@ pub(crate) fn mountings(all: &Mountings, robot: &RobotFile) -> String {
 /// An explanation that brings the model so far, and how far calibrations alone bring it.
 fn found(diagnosis: &Diagnosis, best: &Candidate, robot: &RobotFile) -> String {
     let found: Vec<String> = best.effects.iter().map(|f| in_a_line(f, robot)).collect();
-    let calibrated = trueweld_measure::diagnose::score(&diagnosis.null.at);
+    let calibrated = diagnosis.held_out_without();
     let alone = match calibrated < FALL * diagnosis.score_before {
         true => format!("{} with calibrations alone, ", score(calibrated)),
         false => String::new(),
     };
     format!(
-        "What is missing: {}. With it the score falls from {} to {} where it was not fitted ({alone}probability {})",
+        "What is missing: {}. With it {} where it was not fitted ({alone}probability {})",
         found.join(" and "),
-        score(best.held_out_before),
-        score(best.held_out_after),
+        score_change(best.held_out_before, best.held_out_after),
         probability(best.probability)
     )
 }
@@ -179,14 +180,13 @@ pub(crate) fn verdict(
     // What the calibrations do, where they are the finding: without what explains the rest in part.
     let alone = if diagnosis.chosen.is_empty() { &diagnosis.improved } else { &diagnosis.null };
     let after = trueweld_measure::diagnose::score(&alone.at);
-    let calibrated = (!diagnosis.calibration.is_empty() && after < FALL * diagnosis.score_before)
-        .then(|| {
-            format!(
-                "The calibration is off: {}. With it the score falls from {before} to {}",
-                calibrations(&diagnosis.calibration, robot),
-                score(after)
-            )
-        });
+    let off = calibrations(&diagnosis.calibration, robot);
+    let calibrated = (!off.is_empty() && after < FALL * diagnosis.score_before).then(|| {
+        format!(
+            "The calibration is off: {off}. With it the score falls from {before} to {}",
+            score(after)
+        )
+    });
     let follows = || followed(&diagnosis.unexplained);
     let partial = || {
         let helps = |best: &&Candidate| best.held_out_after < FALL * best.held_out_before;

@@ -1,15 +1,12 @@
 //! What is said of effects that were found: each effect's own sentence, filled in with its fitted
 //! values, and why it is believed.
 
-use super::{Scale, fixed, listed, probability, score};
+use super::{Scale, fixed, listed, probability, score, score_change};
 use trueweld_measure::data::log::LogKind;
 use trueweld_measure::diagnose::{Candidate, FittedEffect, Reason};
 use trueweld_plant::effects::Location;
 use trueweld_plant::input::RobotFile;
 use trueweld_plant::robot::Channel;
-
-/// Change of the held-out score from which on it is called one.
-const CHANGE: f64 = 5e-3;
 
 /// Two sentences on an explanation: what is there, of which size, and which channel it improves;
 /// then how sure that is, and its mark in the data. `all`: the explanations that it is one of.
@@ -23,25 +20,20 @@ pub(crate) fn explanation(
     let what =
         if found.is_empty() { "no effect was found".to_owned() } else { found.join(", and ") };
     let improves = match &reason.improved {
-        Some(improved) => format!(
-            "lowers the error of {} in the {} from {} to {} times the noise",
-            improved.channel,
-            logs(improved.kind),
-            fixed(improved.before, 1),
-            fixed(improved.after, 1)
-        ),
+        Some(improved) => {
+            let [before, after] = match [improved.before, improved.after] {
+                pair if fixed(pair[0], 1) == fixed(pair[1], 1) => pair.map(score),
+                pair => pair.map(|error| fixed(error, 1)),
+            };
+            format!(
+                "lowers the error of {} in the {} from {before} to {after} times the noise",
+                improved.channel,
+                logs(improved.kind)
+            )
+        }
         None => "lowers the error of no channel".to_owned(),
     };
-    let (before, after) = (candidate.held_out_before, candidate.held_out_after);
-    let held_out = match before - after {
-        fall if fall > CHANGE => {
-            format!("the score falls from {} to {}", score(before), score(after))
-        }
-        fall if fall < -CHANGE => {
-            format!("the score rises from {} to {}", score(before), score(after))
-        }
-        _ => format!("the score stays at {}", score(after)),
-    };
+    let held_out = score_change(candidate.held_out_before, candidate.held_out_after);
     let alike: Vec<String> =
         candidate.others(all).into_iter().map(|effect| effect.name(robot)).collect();
     let alike = match alike.as_slice() {
@@ -153,7 +145,7 @@ pub(super) fn value(found: &FittedEffect, k: usize, sign: f64) -> String {
     let (parameter, value) = (&found.effect.kind.parameters[k], found.effect.values[k]);
     let interval = found.interval.get(k).copied().unwrap_or([value; 2]);
     let scale = Scale::of_parameter(parameter);
-    if interval[1] - interval[0] > (parameter.high - parameter.low).abs() {
+    if !found.is_bounded(k) {
         return format!("{}, hardly bounded by these logs", scale.quantity(sign * value));
     }
     scale.with_interval(sign * value, interval.map(|end| sign * end))

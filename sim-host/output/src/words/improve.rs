@@ -1,7 +1,7 @@
 //! What is said of an improvement.
 
 use super::diagnose::{NAMED, calibrations, implausible, in_a_line, setting, values, verdict};
-use super::{discover, listed, probability, score};
+use super::{discover, listed, probability, score, score_change};
 use crate::ImproveReport;
 use trueweld_measure::diagnose::{FittedEffect, Verdict};
 use trueweld_measure::improve::{Rejected, Rejection, Step};
@@ -25,9 +25,8 @@ impl ImproveReport<'_> {
             _ => String::new(),
         };
         let fall = format!(
-            "the score falls from {} to {} where nothing was fitted{recalibrated}",
-            score(first.held_out),
-            score(last.held_out)
+            "{} where nothing was fitted{recalibrated}",
+            score_change(first.held_out, last.held_out)
         );
         match (steps.len(), added.as_slice()) {
             (1, _) => format!(
@@ -35,10 +34,10 @@ impl ImproveReport<'_> {
                  fitted.",
                 score(first.held_out)
             ),
-            (_, []) => {
-                let names = calibrations(&last.calibration, &self.model.robot);
-                format!("Recalibrated, {names}: {fall}.")
-            }
+            (_, []) => match calibrations(&last.calibration, &self.model.robot) {
+                names if names.is_empty() => format!("Recalibrated: {fall}."),
+                names => format!("Recalibrated, {names}: {fall}."),
+            },
             (_, added) if added.len() > NAMED => format!("With {} effects {fall}.", added.len()),
             (_, added) => {
                 let others = steps.iter().rev().find(|step| !step.added.is_empty());
@@ -168,6 +167,7 @@ pub(crate) fn not_kept(why: Rejection) -> &'static str {
         Rejection::NotPredicted => "the model with it cannot be driven through the logs held out",
         Rejection::NoGain => "the error elsewhere does not fall",
         Rejection::OtherLogsWorse => "logs are predicted worse from what the others tell",
+        Rejection::NotShown => "the logs do not tell it from no effect",
         Rejection::Unstable => "the arm with it does not come to rest",
     }
 }

@@ -31,7 +31,9 @@ use std::collections::BTreeMap;
 
 pub use model::model_comments;
 pub(crate) use published::PublishedStep;
-pub(crate) use quantity::{Scale, digits, fixed, probability, score, share, signed_share};
+pub(crate) use quantity::{
+    Scale, digits, fixed, probability, score, score_change, share, signed_share,
+};
 
 /// `a`, `a and b`, `a, b and c`; `last`: the word before the last one.
 pub(crate) fn listed<T: AsRef<str>>(parts: &[T], last: &str) -> String {

@@ -103,6 +103,16 @@ pub(crate) fn score(score: f64) -> String {
     digits(score, 3)
 }
 
+/// From one score to another, as far as the numbers that are shown differ: `the score falls from
+/// 3.79 to 1.02`.
+pub(crate) fn score_change(before: f64, after: f64) -> String {
+    match [before, after].map(score) {
+        [from, to] if from == to => format!("the score stays at {to}"),
+        [from, to] if after < before => format!("the score falls from {from} to {to}"),
+        [from, to] => format!("the score rises from {from} to {to}"),
+    }
+}
+
 /// A share of a whole in per cent, two digits of it or of what is left of the whole: `62 %`,
 /// `0.13 %`, `99.8 %`.
 pub(crate) fn share(share: f64) -> String {
@@ -177,6 +187,13 @@ mod tests {
         let torque = Scale::small("N·m");
         assert_eq!(torque.with_interval(310.0, [310.0; 2]), "310 N·m");
         assert_eq!(torque.with_interval(310.0, [f64::NEG_INFINITY, f64::INFINITY]), "310 N·m");
+    }
+
+    #[test]
+    fn a_score_falls_only_where_its_number_does() {
+        assert_eq!(score_change(3.791, 1.0204), "the score falls from 3.79 to 1.02");
+        assert_eq!(score_change(0.9161, 0.9178), "the score rises from 0.916 to 0.918");
+        assert_eq!(score_change(0.91799, 0.91801), "the score stays at 0.918");
     }
 
     #[test]

@@ -467,11 +467,12 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
         Fitted { at, ..fitted() }
     };
     let candidate = |effect: FittedEffect, after: f64, probability: f64, left: f64| Candidate {
-        effects: vec![effect],
         held_out_before: 3.79,
         held_out_after: after,
         probability,
         left,
+        may_be_named: effect.is_told_from_nothing(),
+        effects: vec![effect],
         indistinguishable: Vec::new(),
         fitted: fitted(),
     };
@@ -512,6 +513,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
         diagnosis: Diagnosis {
             verdict,
             score_before: 3.79,
+            held_out_calibrated: 2.9,
             before: Vec::new(),
             each_log: FitState::empty(0),
             null: leaving(2.9),

@@ -346,8 +346,9 @@ impl Lines {
                 let arm = self.loops[k][order - 1].arm;
                 let amplitude = self.amplitude(weld, order, row, &measured);
                 for c in 0..3 {
-                    let through = white * weld.turned(&driven, row, c) + weld.turned(&arm, row, c);
-                    let variance = white * level[c].deviation.powi(2) + through;
+                    let arm = weld.turned(&arm, row, c);
+                    let noise = level[c].deviation.powi(2) + weld.turned(&driven, row, c);
+                    let variance = (white * noise + arm).max(beside[c]);
                     for (sine, value) in [(false, amplitude[c].re), (true, -amplitude[c].im)] {
                         self.measured.push(value);
                         compared.push(Compared {
@@ -355,8 +356,9 @@ impl Lines {
                             component: c as u8,
                             row,
                             measured: value,
-                            deviation: variance.max(beside[c]).sqrt(),
+                            deviation: variance.sqrt(),
                             stated: level[c].stated,
+                            alike: arm / variance,
                         });
                     }
                 }
