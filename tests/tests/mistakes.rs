@@ -5,6 +5,7 @@
 
 use nalgebra::Vector3;
 use std::f64::consts::PI;
+use trueweld_core::Pose;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_laboratory::{Protocol, Recipe, effect};
 use trueweld_measure::data::campaign::Campaign;
@@ -312,6 +313,88 @@ fn a_second_encoder_is_compared_with_its_encoder() {
     let exchanged = found(&case, |log| log.samples.link_encoder.swap(0, 1));
     assert_named(&case, &exchanged, MistakeKind::Exchanged, channel, &[0, 1]);
     assert_eq!(lines(&exchanged), ["ql2", "ql1"]);
+}
+
+/// Loads and welds of a campaign in which nothing is missing.
+fn loaded() -> Case {
+    let mut case = read(&fixture("campaigns/nothing-missing"), "loads and welds".to_owned());
+    case.logs.retain(|log| log.samples.force.is_some());
+    case
+}
+
+/// The wrench as a sensor that sits so in T reads it.
+fn read_by(log: &mut Log, sensor: &Pose<f64>) {
+    let samples = &mut log.samples;
+    let moments = samples.moment.iter_mut().flatten();
+    for (force, moment) in samples.force.iter_mut().flatten().zip(moments) {
+        *moment = sensor.rotation.tr_mul(&(*moment - sensor.position.cross(force)));
+        *force = sensor.rotation.tr_mul(force);
+    }
+}
+
+#[test]
+fn a_sensor_that_sits_elsewhere_is_found_and_asked_for_once() {
+    let case = loaded();
+    let mut random = Random::new(11, 79);
+    let mut direction =
+        || Vector3::from_fn(|_, _| random.between(-1.0, 1.0)).try_normalize(1e-3).expect("no zero");
+    for k in 0..4 {
+        let point = direction() * (0.1 + 0.1 * f64::from(k));
+        // A quarter turn about the tool's axis is plain, any turn is not.
+        let turn = if k % 2 == 0 { Vector3::z() * (0.5 * PI) } else { direction() * 0.9 };
+        for (turn, point) in
+            [(0.0, 1.0), (1.0, 0.0), (1.0, 1.0)].map(|(t, p)| (turn * t, point * p))
+        {
+            let sensor = Pose { rotation: rotation_from_vector(&turn), position: point };
+            let name = format!("{}, {turn:?} {point:?}", case.name);
+            let misread = Case { name, ..case.clone() };
+            let named = found(&misread, |log| read_by(log, &sensor));
+            let (kind, channel) = match turn == Vector3::zeros() {
+                true => (MistakeKind::WrenchPoint, LogChannel::Moment),
+                false => (MistakeKind::WrenchAxes, LogChannel::Force),
+            };
+            assert_named(&misread, &named, kind, channel, &[]);
+            assert_eq!(named.mistakes[0].logs.len(), case.logs.len(), "{named:?}");
+            let Change::WrenchFrame(frame) = &named.mistakes[0].change else { panic!("{named:?}") };
+            // Twice a half-width of 95 %: four deviations.
+            let away = frame.pose.position - point;
+            let turned =
+                rotation_vector(&(frame.pose.rotation * sensor.rotation.transpose())).abs();
+            let name = &misread.name;
+            for axis in 0..3 {
+                let [at, about] = [frame.point_interval[axis], frame.axes_interval[axis]];
+                assert!(away[axis].abs() <= 2.0 * at + 1e-12, "{name}: {away:?} {frame:?}");
+                assert!(turned[axis] <= 2.0 * about + 1e-9, "{name}: {turned:?} {frame:?}");
+                // Some millimetres under some kilonewtons.
+                assert!(at < 0.03 && about < 0.05, "{name}: {frame:?}");
+            }
+            let again = found(&misread, |log| {
+                read_by(log, &sensor);
+                log.samples.at_tool(&frame.pose);
+            });
+            assert!(again.mistakes.is_empty(), "{name}: {again:?}");
+        }
+    }
+}
+
+#[test]
+fn a_unit_in_which_a_column_vanishes_must_tell_more_than_without_the_column() {
+    let case = loaded();
+    let moment = |log: &mut Log, change: &dyn Fn(usize, &mut Vector3<f64>)| {
+        log.samples.moment.iter_mut().flatten().enumerate().for_each(|(k, m)| change(k, m));
+    };
+    // In welds there is nothing but its noise, which tells the unit.
+    let milli = found(&case, |log| moment(log, &|_, m| *m *= 1e3));
+    assert_named(&case, &milli, MistakeKind::Unit, LogChannel::Moment, &[]);
+    assert_eq!(milli.mistakes[0].logs.len(), case.logs.len(), "{milli:?}");
+    // A moment that has nothing to do with the load is in no unit.
+    let mut welds = case.clone();
+    welds.logs.retain(|log| log.kind == LogKind::Weld);
+    welds.logs.iter_mut().for_each(|log| {
+        moment(log, &|k, m| *m += Vector3::new(900.0, 700.0, 300.0) * (k as f64 * 7e-3).sin());
+    });
+    let error = find(&mut welds.logs, &welds.model).expect_err("no unit explains it");
+    assert!(error.message().contains("load the arm otherwise than the tracker saw"), "{error}");
 }
 
 #[test]

@@ -6,6 +6,7 @@ use crate::terminal::complain;
 use clap::Args;
 use miette::{IntoDiagnostic, Report, Result, WrapErr, miette};
 use std::path::{Path, PathBuf};
+use trueweld_core::JointVector;
 use trueweld_evaluate::Requirements;
 use trueweld_laboratory::ProtocolFile;
 use trueweld_measure::data::campaign::Campaign;
@@ -16,6 +17,8 @@ use trueweld_plant::input::{
     Control, Document, FileKind, InputError, InputFile, ModelFile, Process, RobotFile, Sensors,
     Weld, folder_of, open_entries, read_text, warnings,
 };
+use trueweld_plant::integrate::{FastestMode, TooFast};
+use trueweld_plant::robot::ElasticRobot;
 
 /// Arguments of `check`.
 #[derive(Args)]
@@ -135,6 +138,23 @@ fn files_of(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
+/// The mode of a robot that is too fast for its motion to be computed, at some posture between its
+/// limits.
+fn too_fast(file: &RobotFile) -> Option<TooFast> {
+    const POSTURES: usize = 8;
+    let robot = ElasticRobot::with_effects(&file.robot, &[], None).ok()?;
+    let joints = &file.parameters.joints;
+    let posture = |share: f64| {
+        JointVector::from_fn(|i, _| {
+            let [low, high] = joints[i].limits;
+            low + (high - low) * share
+        })
+    };
+    let modes = (0..=POSTURES).map(|k| posture(k as f64 / POSTURES as f64));
+    let mut modes = modes.filter_map(|link| FastestMode::of(&robot, &link));
+    modes.find_map(|mode| mode.followed().err())
+}
+
 /// Checks that what a model says was measured was measured of it.
 fn check_model(model: &ModelFile, document: &Document<'_>) -> Result<(), InputError> {
     if model.is_sealed()? {
@@ -157,7 +177,11 @@ fn check(path: &Path) -> Result<(FileKind, Vec<String>, Vec<String>), InputError
     let kind = document.kind()?;
     let mut notices = Vec::new();
     match kind {
-        FileKind::Robot => RobotFile::parse(&text, &name).map(drop),
+        FileKind::Robot => {
+            let robot = RobotFile::parse(&text, &name)?;
+            notices.extend(too_fast(&robot).map(|mode| mode.to_string()));
+            Ok(())
+        }
         FileKind::Process => Process::parse(&text, &name).map(drop),
         FileKind::Weld => Weld::parse(&text, &name).map(drop),
         FileKind::Control => Control::parse(&text, &name).map(drop),

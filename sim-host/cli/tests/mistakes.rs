@@ -60,6 +60,58 @@ fn a_reversed_axis_is_named_with_the_line_that_undoes_it() {
     assert!(result["score"].as_f64().unwrap() < 1.2, "{}", result["score"]);
 }
 
+#[test]
+fn a_moment_about_the_sensor_is_told_with_the_entry_that_takes_it_to_the_tool() {
+    let place = Workspace::new();
+    campaign(&place, |_, value| value);
+    // A sensor 0.3 m behind the tool centre point: M + p × F, p = −0.3 m along z.
+    let samples = place.path().join("cell/static/samples.csv");
+    let text = fs::read_to_string(&samples).unwrap();
+    let column = |name: &str| text.lines().next().unwrap().split(',').position(|c| c == name);
+    let [fx, fy, mx, my] = ["fx_n", "fy_n", "mx_nm", "my_nm"].map(|name| column(name).unwrap());
+    let of_sensor = |line: &str| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        let value = |fields: &[String], k: usize| fields[k].parse::<f64>();
+        if let (Ok(x), Ok(y)) = (value(&fields, fx), value(&fields, fy)) {
+            fields[mx] = (value(&fields, mx).unwrap() - 0.3 * y).to_string();
+            fields[my] = (value(&fields, my).unwrap() + 0.3 * x).to_string();
+        }
+        fields.join(",") + "\n"
+    };
+    fs::write(&samples, text.lines().map(of_sensor).collect::<String>()).unwrap();
+    let text = place.done(&["compare", "-q", "cell", "--json", "result.json"]);
+    assert!(text.contains("the moment is about a point 0."), "{text}");
+    let result = json(&place, "result.json");
+    let mistakes = result["mistakes"].as_array().unwrap();
+    assert_eq!(mistakes.len(), 1, "{result}");
+    assert_eq!(mistakes[0]["what"], "wrench-point");
+    assert_eq!(mistakes[0]["change_in"], "log.toml, under [wrench]");
+    let log = place.path().join("cell/static/log.toml");
+    let text = fs::read_to_string(&log).unwrap();
+    let table = |change: &str| fs::write(&log, format!("{text}\n[wrench]\n{change}\n")).unwrap();
+    table(mistakes[0]["change"].as_str().unwrap());
+    place.done(&["compare", "-q", "cell", "--json", "result.json"]);
+    let result = json(&place, "result.json");
+    assert!(result["mistakes"].as_array().unwrap().is_empty(), "{result}");
+    // 1.0 but for chance, as the campaign as it is.
+    assert!(result["score"].as_f64().unwrap() < 1.2, "{}", result["score"]);
+
+    // What the log says already is composed with what is found.
+    table("point_m = [0.0, 0.1, 0.0]");
+    place.done(&["compare", "-q", "cell", "--json", "result.json"]);
+    let result = json(&place, "result.json");
+    let mistake = &result["mistakes"][0];
+    assert_eq!(mistake["change_in"], "log.toml, in place of the table [wrench]");
+    let (_, list) = mistake["change"].as_str().unwrap().split_once(" = ").unwrap();
+    let point: Vec<f64> = serde_json::from_str(list).unwrap();
+    for (read, set) in point.iter().zip([0.0, 0.0, -0.3]) {
+        // Twice the centimetre that it is said to be known to.
+        assert!((read - set).abs() < 0.02, "{point:?}");
+    }
+    table("point_m = [0.0, 0.0]");
+    assert!(place.refused(&["compare", "cell"]).contains("a list of 3"));
+}
+
 /// What the proposed lines make of a log's `[columns]`: each takes the place of the one with its
 /// header.
 fn pasted(text: &str, change: &str) -> String {

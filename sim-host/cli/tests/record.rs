@@ -39,6 +39,40 @@ fn what_is_recorded_of_the_model_scores_one() {
     assert!(!place.path().join("campaign/truth.toml").exists());
 }
 
+/// The KR 210 without its tool: a light wrist, and the damper of its drive on it.
+#[test]
+fn a_wrist_that_swings_faster_than_the_step_is_recorded_and_compared() {
+    let place = Workspace::new();
+    let robot = fs::read_to_string(fixture("robots/kr210-fsw.toml")).unwrap();
+    let tool = "xx = 1.5, yy = 3.0, zz = 3.0";
+    assert!(robot.contains("\nmass_kg = 110.0") && robot.contains(tool));
+    let robot = robot
+        .replace("\nmass_kg = 110.0", "\nmass_kg = 0.0")
+        .replace(tool, "xx = 0.0, yy = 0.0, zz = 0.0");
+    fs::write(place.path().join("robot.toml"), &robot).unwrap();
+    let protocol = "schema = \"protocol/1\"\nrobot = \"robot.toml\"\nseed = 1\n[[log]]\nname = \"motion\"\n\
+                    kind = \"free-motion\"\nposture_deg = [20, -50, 95, 0, 45, 0]\n[[log.waypoint]]\n\
+                    posture_deg = [40, -40, 105, 40, -30, 40]\ntakes_s = 3.0\n";
+    fs::write(place.path().join("protocol.toml"), protocol).unwrap();
+    place.done(&["record", "protocol.toml", "--out", "campaign", "-q"]);
+    place.done(&["compare", "campaign", "--json", "compare.json", "-q"]);
+    let score = place.json("compare.json")["score"].as_f64().unwrap();
+    // 1.0 but for chance and what is an upper bound of noise.
+    assert!((0.8..1.1).contains(&score), "{score}");
+
+    // What nobody can follow is named, by the check as by the commands.
+    let stiff = robot.replace("stiffness_nm_rad = 470000.0", "stiffness_nm_rad = 4.7e8");
+    assert_ne!(stiff, robot);
+    fs::write(place.path().join("robot.toml"), &stiff).unwrap();
+    let named = "joint 6 swings at ";
+    assert!(place.done(&["check", "robot.toml"]).contains(named));
+    fs::write(place.path().join("campaign/robot.toml"), &stiff).unwrap();
+    let refused = place.run(&["record", "protocol.toml", "--out", "more"]);
+    assert!(!refused.status.success());
+    assert!(String::from_utf8_lossy(&refused.stderr).contains(named), "{refused:?}");
+    assert!(place.refused(&["compare", "campaign"]).contains(named));
+}
+
 #[test]
 fn welds_along_curved_seams_are_compared_and_what_is_along_them_is_named() {
     let place = Workspace::new();

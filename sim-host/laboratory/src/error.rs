@@ -3,6 +3,7 @@
 use crate::static_arm::Unsettled;
 use trueweld_plant::effects::EffectError;
 use trueweld_plant::input::InputError;
+use trueweld_plant::integrate::TooFast;
 use trueweld_plant::robot::TooManyStates;
 use trueweld_plant::simulate::RunError;
 
@@ -18,6 +19,9 @@ pub enum CampaignError {
     /// A posture has no equilibrium, or a motion diverged.
     #[error(transparent)]
     Links(#[from] Unsettled),
+    /// The links move too fast to be followed.
+    #[error(transparent)]
+    TooFast(#[from] TooFast),
     /// A weld did not come to its end.
     #[error(transparent)]
     Weld(#[from] RunError),

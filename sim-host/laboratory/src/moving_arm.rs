@@ -1,7 +1,8 @@
 //! An arm in motion without contact whose motors follow a given path.
 //!
-//! Equation (2.1), link side, integrated by Runge–Kutta at steps far below the fastest mode's period.
+//! Equation (2.1), link side, integrated by Runge–Kutta at steps below the fastest mode's period.
 
+use crate::error::CampaignError;
 use crate::motion::{Motor, Path};
 use crate::out_of_library::OutOfLibrary;
 use crate::static_arm::{Unsettled, runge_kutta, settled};
@@ -9,6 +10,7 @@ use crate::track::Instant;
 use nalgebra::{SVector, Vector3};
 use trueweld_core::{Frames, JOINTS, JointVector, Wrench};
 use trueweld_plant::cell::Cell;
+use trueweld_plant::integrate::substeps;
 use trueweld_plant::robot::{Drives, INTERNAL_STATES, JointMotion, TiltMotion};
 
 /// Links (where bearings or base give, β of [`JointMotion`]), rates, effects' states, and place and velocity of what hangs on the tool.
@@ -17,6 +19,9 @@ type Moving = SVector<f64, { HUNG + 6 }>;
 /// Where the effects' states begin, and those of what hangs on the tool.
 const INTERNAL: usize = 2 * JOINTS;
 const HUNG: usize = INTERNAL + INTERNAL_STATES;
+
+/// Postures along a path at which the fastest mode is looked for.
+const POSTURES: usize = 32;
 
 /// An arm in motion without contact, its motors on a path.
 #[derive(Debug)]
@@ -30,7 +35,7 @@ impl<P: Path> MovingArm<'_, P> {
     /// The truth every `step` s from `start` to `end`, the log's own time being from 0 on: before
     /// it the arm runs in, and what remembers does not yet. It begins in balance at the rate that
     /// its motors have then.
-    pub fn run(&self, start: f64, end: f64, step: f64) -> Result<Vec<Instant>, Unsettled> {
+    pub fn run(&self, start: f64, end: f64, step: f64) -> Result<Vec<Instant>, CampaignError> {
         let motor = self.path.at(start);
         // Motors that turn drag their links behind them; before a start from rest they came from
         // angles of 0.
@@ -45,13 +50,20 @@ impl<P: Path> MovingArm<'_, P> {
         y.fixed_rows_mut::<3>(HUNG + 3).copy_from(&frames.twist(&motor.rate).linear);
 
         let count = ((end - start) / step).round() as usize;
+        let along = |k: usize| start + (end - start) * k as f64 / POSTURES as f64;
+        let postures = (0..=POSTURES).map(|k| self.path.at(along(k)).angle);
+        let substeps = substeps(&self.cell.robot, postures, step, step)?;
+        let h = step / substeps as f64;
         let mut instants = Vec::with_capacity(count + 1);
         for k in 0..=count {
             let time = start + k as f64 * step;
             instants.push(self.instant(time, &y));
-            y += runge_kutta(&y, step, |after, y| self.slope(time + after, y));
+            for k in 0..substeps {
+                let begun = time + k as f64 * h;
+                y += runge_kutta(&y, h, |after, y| self.slope(begun + after, y));
+            }
             if !y.sum().is_finite() {
-                return Err(Unsettled { time });
+                return Err(Unsettled { time }.into());
             }
         }
         Ok(instants)

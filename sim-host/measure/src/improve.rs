@@ -24,6 +24,7 @@ use trueweld_core::JointVector;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{ModelEffect, ModelFile, Scope};
 use trueweld_plant::integrate::link_dynamics::{DynamicLinks, Motors};
+use trueweld_plant::integrate::substeps;
 use trueweld_plant::robot::ElasticRobot;
 
 /// One accepted step.
@@ -497,6 +498,7 @@ fn change_by_channel(bench: &FitProblem, before: &Residuals, after: &Residuals) 
 fn stable(bench: &FitProblem, logs: &[Log], point: &FitState) -> bool {
     const STRUCK: f64 = 1e-3;
     const PERIOD: f64 = 1e-3;
+    const STEP: f64 = 2.5e-4;
     let effects: Vec<Effect> = bench.known.iter().chain(&point.all).cloned().collect();
     let mut process = bench.model.process.clone();
     let Ok(robot) = ElasticRobot::with_effects(&bench.model.robot, &effects, process.as_mut())
@@ -504,12 +506,13 @@ fn stable(bench: &FitProblem, logs: &[Log], point: &FitState) -> bool {
         return false;
     };
     logs.iter().filter_map(|log| log.samples.encoder.first()).all(|posture| {
+        let Ok(substeps) = substeps(&robot, [*posture], PERIOD, STEP) else { return false };
         let mut swinging = DynamicLinks::start(&robot, &Motors::at_rest(*posture), 0.0);
         let motors = Motors::at_rest(posture + JointVector::repeat(STRUCK));
         // Hardest in the first tenth of two seconds; what is left of it in the last.
         let (mut first, mut last) = (0.0f64, 0.0f64);
         for k in 1..=2000 {
-            if swinging.advance(&robot, &motors, f64::from(k) * PERIOD, 4).is_err() {
+            if swinging.advance(&robot, &motors, f64::from(k) * PERIOD, substeps).is_err() {
                 return false;
             }
             let rate = swinging.drives().link_rate.amax();

@@ -218,6 +218,14 @@ fn a_missing_column_is_named() {
         "1:76",
         &["`px_m` without `pz_m`", "all of `px_m`, `py_m`, `pz_m`, or none"],
     );
+    // Zeros and empty fields are no force in the plane, and one message says what follows.
+    let whole = ["`fx_n`, `fy_n` were not measured", "all of `fx_n`, `fy_n`, `fz_n`"];
+    refused(parse(&weld_toml(), WELD.replace("fx_n,fy_n", "other,more")), "1:64", &whole);
+    for of_no_force in ["0.0", ""] {
+        let place = format!(",{of_no_force},{of_no_force},-12");
+        let text = WELD.replace(",-10,-22,-12", &place).replace(",-22,30,-12", &place);
+        refused(parse(&weld_toml(), text), "dir/run", &whole);
+    }
     let text = STATIC.replace("cy_m", "other");
     refused(parse(&log_toml("static-load", ""), text), "1:89", &["`payload_kg` without `cy_m`"]);
     refused(free(changed(",tm2_nm", ",qe3_rad")), "1:69", &["`qe3_rad`", "a second time"]);

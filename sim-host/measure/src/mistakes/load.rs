@@ -141,7 +141,9 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
                 }
             };
             let after = after / slope.abs();
-            if after < UNDONE * before {
+            // Scaled down to nothing it would leave what the model predicts.
+            let is_told = slope.abs() < 1.0 || after < own[i].root(own[i].xx);
+            if after < UNDONE * before && is_told {
                 found.push(named(kind, torque, vec![i], before, after, vec![change]));
             }
         } else if slope < 0.0 && !scaled.contains(&i) {
@@ -159,6 +161,9 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
         };
         let before = sum(&|s| s.root(s.left(1.0)));
         let after = sum(&|s| s.root(s.left(whole)) / whole);
+        if whole > 1.0 && after >= sum(&|s| s.root(s.xx)) {
+            return found;
+        }
         let changes = (0..JOINTS).map(|i| column(torque, i, unit, 1.0)).collect();
         found.push(named(MistakeKind::Unit, torque, Vec::new(), before, after, changes));
     }
@@ -286,6 +291,9 @@ fn encoders(
         0 | 1 => f64::INFINITY,
         _ => share(&predicted(&|v| *v * degrees)),
     };
+    // Angles that are nearly scaled away must tell more than none.
+    let none = share(&predicted(&|_| JointVector::zeros()));
+    let after = if after < none { after } else { f64::INFINITY };
     take(after, named(MistakeKind::Unit, encoder, Vec::new(), before, after, changes));
     for i in 0..JOINTS {
         let after = share(&predicted(&|v| {

@@ -1,6 +1,6 @@
 //! Gross mistakes in the files, looked for before any physics: an axis reversed, a zero elsewhere,
-//! axes exchanged, another unit, the motor's side of the gear, a wrench's other side, a time in
-//! milliseconds, a payload that nobody wrote down.
+//! axes exchanged, another unit, the motor's side of the gear, a wrench's other side, axes or point, a
+//! time in milliseconds, a payload that nobody wrote down.
 //!
 //! Such a mistake leaves a residual that no effect of a cell does: centimetres, radians, torques of
 //! another sign. Each is a hypothesis that changes the numbers as they were read; the one that
@@ -9,6 +9,7 @@
 
 mod line;
 mod load;
+mod mounted;
 mod payload;
 mod pose;
 mod reading;
@@ -26,6 +27,7 @@ use crate::predict::{Model, period};
 use crate::register::{self, PosePair, Registration};
 use nalgebra::Vector3;
 use rows::Row;
+use trueweld_core::Pose;
 use trueweld_plant::input::InputError;
 use trueweld_plant::simulate::Seam;
 
@@ -48,6 +50,10 @@ pub enum MistakeKind {
     TimeUnit,
     /// The wrench is what the tool applies.
     WrenchSide,
+    /// The wrench is in other axes than the tool's.
+    WrenchAxes,
+    /// The moment is about another point than the tool centre point.
+    WrenchPoint,
     /// A mass hangs on the flange that neither log nor robot states.
     Payload,
 }
@@ -64,6 +70,8 @@ impl MistakeKind {
             Self::TrackerFrame => "tracker-frame",
             Self::TimeUnit => "time-unit",
             Self::WrenchSide => "wrench-side",
+            Self::WrenchAxes => "wrench-axes",
+            Self::WrenchPoint => "wrench-point",
             Self::Payload => "payload",
         }
     }
@@ -111,11 +119,27 @@ pub struct ColumnLines {
     pub replace: bool,
 }
 
+/// How the force sensor sits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WrenchFrame {
+    /// The sensor's axes, and the point that its moment is about, in T, m: `t_from_sensor`.
+    pub pose: Pose<f64>,
+    /// 95 % half-widths of the point along the axes of T, m; zero where it was not fitted.
+    pub point_interval: [f64; 3],
+    /// 95 % half-widths of the axes about those of T, rad; zero where they are plain or were not
+    /// fitted.
+    pub axes_interval: [f64; 3],
+    /// True where the logs have such a table, in whose place it comes.
+    pub replace: bool,
+}
+
 /// What undoes a mistake.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Change {
     /// Lines under `[columns]` of the logs' `log.toml`.
     Columns(Vec<ColumnChange>),
+    /// The table `[wrench]` of the logs' `log.toml`.
+    WrenchFrame(WrenchFrame),
     /// A mass under `[tool]` of the robot file, kg.
     ToolMass(f64),
     /// Columns of what hangs on the flange, kg.
@@ -218,6 +242,11 @@ fn found(logs: &mut [Log], model: &Model) -> Result<Found, InputError> {
     if found.mistakes.is_empty()
         && let Some(refusal) =
             logs.iter().zip(&rows).find_map(|(log, rows)| off_its_weld(log, rows, model))
+    {
+        return Err(refusal);
+    }
+    if found.mistakes.is_empty()
+        && let Some(refusal) = wrench::contradicted(logs, &rows, &model.robot)
     {
         return Err(refusal);
     }

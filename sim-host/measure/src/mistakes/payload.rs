@@ -14,7 +14,7 @@ const HEAVY: f64 = 30.0;
 
 /// Share of the squares that a mass may leave of all joints, and of all but the one that it is seen
 /// best at: what one joint does alone is another thing.
-const CARRIED: f64 = 0.15;
+const CARRIED: f64 = 0.04;
 const CARRIED_BY_OTHERS: f64 = 0.5;
 
 /// A mass that nobody wrote down.

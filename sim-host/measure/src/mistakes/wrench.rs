@@ -1,23 +1,26 @@
 //! Mistakes in wrenches: columns that count the other way, are in another unit, or stand in each
-//! other's place.
+//! other's place; a sensor that sits elsewhere than the log says ([`mounted`]).
 //!
 //! Each column is judged by what shows it. Where a tracker sees the tool, the arm gives way along its
 //! load, by every column in a direction of its own. Of a weld, the push that was planned shows Fz,
 //! and the process' drag the force in the plane of the plate. Columns that nothing shows to be wrong
-//! keep their lines.
+//! keep their lines. A unit in which a column nearly vanishes explains no more than the column left
+//! out does, unless the arm shows the difference or the column's own noise does.
 
+use super::mounted::{self, Mounted};
 use super::pose::column;
+use super::refine::{CORRELATED, quantile};
 use super::relation::{FACTOR, FEWEST};
 use super::rows::Row;
-use super::{Change, ColumnChange, Evidence, Mistake, MistakeKind};
+use super::{Change, ColumnChange, Evidence, Mistake, MistakeKind, WrenchFrame};
 use crate::data::channel::LogChannel;
 use crate::data::log::{Log, LogKind};
 use crate::predict::Model;
 use crate::register::LEVER;
-use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Vector2, Vector3, Vector6};
 use trueweld_core::spatial::rotation_vector;
-use trueweld_core::{Robot, Wrench};
-use trueweld_plant::input::Process;
+use trueweld_core::{Pose, Robot, Wrench};
+use trueweld_plant::input::{InputError, Process};
 use trueweld_plant::process::planned;
 use trueweld_plant::simulate::Seam;
 
@@ -28,13 +31,16 @@ pub(super) const UNDONE: f64 = 0.5;
 const UNEXPLAINED: f64 = 0.3;
 
 /// What an arm may give more, or less, than the model says.
-const GIVES: [f64; 2] = [0.3, 3.0];
+pub(super) const GIVES: [f64; 2] = [0.3, 3.0];
 
 /// Sums of squares that differ by less are the same.
-const ALIKE: f64 = 1.1;
+pub(super) const ALIKE: f64 = 1.1;
 
 /// Deflection that tells nothing, m.
 const FAINT: f64 = 1e-4;
+
+/// By how much a sum of squares over its variance falls for what a column tells: four deviations.
+const TOLD: f64 = 16.0;
 
 /// Sets of the columns fx, fy, fz, mx, my, mz, a bit each.
 type Columns = u8;
@@ -56,6 +62,8 @@ enum Reading {
     Scaled(Columns, f64),
     /// Two columns for each other.
     Exchanged(usize, usize),
+    /// Of a sensor that sits elsewhere.
+    Mounted(Mounted),
 }
 
 impl Reading {
@@ -65,6 +73,7 @@ impl Reading {
             Self::Plain => {}
             Self::Scaled(set, factor) => each(set).for_each(|c| read[c] *= factor),
             Self::Exchanged(a, b) => read.swap_rows(a, b),
+            Self::Mounted(Mounted { pose, .. }) => return mounted::at_tool(&pose, wrench),
         }
         read
     }
@@ -74,6 +83,7 @@ impl Reading {
             Self::Plain => 0,
             Self::Scaled(set, _) => set,
             Self::Exchanged(a, b) => (1 << a) | (1 << b),
+            Self::Mounted(_) => WRENCH,
         }
     }
 
@@ -112,18 +122,25 @@ fn readings(in_pounds: bool) -> [Vec<Reading>; 4] {
 }
 
 /// How the tool of one log moved under its load, and what the load was.
-struct Deflections {
-    rows: Vec<Deflected>,
+pub(super) struct Deflections {
+    pub rows: Vec<Deflected>,
     /// Sum of the squares of how far it moved, m².
     squares: f64,
+    /// True where the log has moments.
+    pub has_moments: bool,
+    /// The wrenches of a weld as they were read, whose moment the model expects to vanish.
+    pub weld_wrenches: Vec<Vector6<f64>>,
+    /// How many times as much as the log states each column scatters from row to row.
+    scatter: [Option<f64>; 6],
 }
 
 /// One row, less the mean of its posture: position, m, and rotation times [`LEVER`]; the wrench as it
 /// was read, N and N·m; and the movement per N or N·m of each of its columns.
-struct Deflected {
-    moved: Vector6<f64>,
-    wrench: Vector6<f64>,
-    compliance: Matrix6<f64>,
+#[derive(Clone)]
+pub(super) struct Deflected {
+    pub moved: Vector6<f64>,
+    pub wrench: Vector6<f64>,
+    pub compliance: Matrix6<f64>,
 }
 
 impl Deflections {
@@ -150,8 +167,11 @@ impl Deflections {
             ))
         };
         let mut loaded: Vec<_> = rows.iter().filter_map(of_row).collect();
-        // Rows of one posture differ by their load alone; a weld is one.
         let weld = log.kind == LogKind::Weld;
+        let has_moments = log.samples.moment.is_some();
+        let of_weld = || loaded.iter().map(|(_, row): &(_, Deflected)| row.wrench).collect();
+        let weld_wrenches = if weld && has_moments { of_weld() } else { Vec::new() };
+        // Rows of one posture differ by their load alone; a weld is one.
         let postures = loaded.chunk_by_mut(|a, b| weld || (a.0 - b.0).amax() < 5e-3);
         for posture in postures {
             let count = posture.len() as f64;
@@ -165,15 +185,39 @@ impl Deflections {
         let rows: Vec<Deflected> = loaded.into_iter().map(|(_, row)| row).collect();
         let squares: f64 = rows.iter().map(|row| row.moved.norm_squared()).sum();
         let tells = rows.len() >= FEWEST / 2 && squares > rows.len() as f64 * FAINT * FAINT;
-        tells.then_some(Self { rows, squares })
+        let scatter = std::array::from_fn(|c| scatter(log, c));
+        tells.then_some(Self { rows, squares, has_moments, weld_wrenches, scatter })
+    }
+
+    /// All that several logs tell.
+    fn together<'d>(all: impl Iterator<Item = &'d Self>) -> Self {
+        let none = Self {
+            rows: Vec::new(),
+            squares: 0.0,
+            has_moments: true,
+            weld_wrenches: Vec::new(),
+            scatter: [None; 6],
+        };
+        all.fold(none, |mut sum, own| {
+            sum.rows.extend_from_slice(&own.rows);
+            sum.squares += own.squares;
+            sum.has_moments &= own.has_moments;
+            sum.weld_wrenches.extend_from_slice(&own.weld_wrenches);
+            sum
+        })
     }
 
     /// Sum of squares that is left with the wrench read in one way, m²; the arm may give more or less
     /// than the model says.
     fn left(&self, reading: Reading) -> f64 {
+        self.left_by(|wrench| reading.of(wrench))
+    }
+
+    /// The same with any way of reading.
+    pub(super) fn left_by(&self, read: impl Fn(&Vector6<f64>) -> Vector6<f64>) -> f64 {
         let (mut across, mut given) = (0.0, 0.0);
         for row in &self.rows {
-            let by = row.compliance * reading.of(&row.wrench);
+            let by = row.compliance * read(&row.wrench);
             across += by.dot(&row.moved);
             given += by.norm_squared();
         }
@@ -186,23 +230,68 @@ impl Deflections {
         (sum.max(0.0) / self.rows.len() as f64).sqrt()
     }
 
+    /// True where columns that are nearly scaled away say more than columns left out: the arm moves by
+    /// what is left of them, or their noise is the stated one then, and was not before.
+    fn is_told(&self, reading: Reading) -> bool {
+        let Reading::Scaled(set, factor) = reading else { return true };
+        if factor.abs() >= 1.0 {
+            return true;
+        }
+        let (left, without) = (self.left(reading), self.left(Reading::Scaled(set, 0.0)));
+        let told = (without - left) * (6 * self.rows.len()) as f64 > TOLD * CORRELATED * left;
+        let is_stated = |times: f64| (1.0 / FACTOR..FACTOR).contains(&times);
+        let by_noise = |c: usize| {
+            self.scatter[c].is_some_and(|t| is_stated(t * factor.abs()) && !is_stated(t))
+        };
+        told || each(set).all(by_noise)
+    }
+
     /// The reading that explains the movement, another than the plain one only where it is much better
-    /// and every simpler one much worse. `None` where no load explains it.
+    /// and every simpler one much worse: last of all, columns left out. `None` where no load explains
+    /// it.
     fn explained(&self, in_pounds: bool) -> Option<(Reading, Evidence)> {
         let plain = self.left(Reading::Plain);
         let mut best = (Reading::Plain, plain);
-        for readings in readings(in_pounds) {
+        let better = |best: (Reading, f64), readings: Vec<Reading>| {
             let all = || readings.iter().map(|reading| (*reading, self.left(*reading)));
             let least = all().map(|(_, left)| left).fold(f64::INFINITY, f64::min);
             // Of those that leave the same, the first.
             let next = all().find(|(_, left)| *left <= ALIKE * least);
-            best = next.filter(|next| next.1 < UNDONE * UNDONE * best.1).unwrap_or(best);
+            next.filter(|next| next.1 < UNDONE * UNDONE * best.1).unwrap_or(best)
+        };
+        for mut readings in readings(in_pounds) {
+            readings.retain(|reading| self.is_told(*reading));
+            best = better(best, readings);
         }
+        for free in [[false, true], [true, false], [true, true]] {
+            // What is left tells no more.
+            if self.root(best.1) > FAINT {
+                let found = mounted::find(self, free).map(Reading::Mounted);
+                best = better(best, found.into_iter().collect());
+            }
+        }
+        let without = [1, 2, 4, 8, 16, 32, FORCE, MOMENT].map(|set| Reading::Scaled(set, 0.0));
+        best = better(best, without.to_vec());
         let channel = LogChannel::Position;
         let evidence =
             Evidence { before: self.root(plain), after: self.root(best.1), unit: "m", channel };
         (best.1 < UNEXPLAINED * UNEXPLAINED * self.squares).then_some((best.0, evidence))
     }
+}
+
+/// How many times as much as is stated a column of the wrench scatters from row to row; `None` where
+/// nothing is stated or read.
+fn scatter(log: &Log, column: usize) -> Option<f64> {
+    /// Median of the differences of two normal numbers, in their deviations.
+    const MEDIAN: f64 = 0.6745 * std::f64::consts::SQRT_2;
+    let (series, levels) = match column {
+        ..3 => (&log.samples.force, &log.noise.force),
+        _ => (&log.samples.moment, &log.noise.moment),
+    };
+    let stated = levels[column % 3]?.deviation;
+    let steps = series.as_ref()?.windows(2).map(|v| (v[1] - v[0])[column % 3].abs());
+    let step = quantile(steps.filter(|step| step.is_finite()), 5)?;
+    Some(step / MEDIAN / stated)
 }
 
 fn wrench_of(columns: &Vector6<f64>) -> Wrench<f64> {
@@ -316,6 +405,7 @@ pub(super) fn find(logs: &[Log], rows: &[Vec<Row>], model: &Model) -> Vec<Mistak
     let each_log = || logs.iter().zip(rows);
     let in_pounds = each_log().any(|(log, rows)| is_in_pounds(log, rows, robot));
     let mut shown: Vec<(Shown<'_>, Option<Deflections>)> = Vec::new();
+    let mut sensors = Sensors::default();
     for (log, rows) in each_log() {
         if !matches!(log.kind, LogKind::StaticLoad | LogKind::Weld) {
             continue;
@@ -323,6 +413,8 @@ pub(super) fn find(logs: &[Log], rows: &[Vec<Row>], model: &Model) -> Vec<Mistak
         let deflections = Deflections::of(log, rows, robot);
         let of_arm = deflections.as_ref().and_then(|d| Some((d, d.explained(in_pounds)?)));
         let found = match of_arm {
+            // Columns that are better left out have no name.
+            Some((_, (Reading::Scaled(_, 0.0), _))) => None,
             Some((_, found)) if found.0 != Reading::Plain => Some(found),
             // What the arm denies is no mistake.
             of_arm => {
@@ -332,8 +424,15 @@ pub(super) fn find(logs: &[Log], rows: &[Vec<Row>], model: &Model) -> Vec<Mistak
                 })
             }
         };
-        if let Some((reading, evidence)) = found {
-            shown.push((Shown { reading, evidence, logs: vec![log] }, deflections));
+        match found {
+            Some((Reading::Mounted(_), _)) => {
+                sensors.elsewhere.extend(deflections.map(|d| (log, d)))
+            }
+            Some((reading, evidence)) => {
+                shown.push((Shown { reading, evidence, logs: vec![log] }, deflections));
+            }
+            None if log.samples.force.is_some() => sensors.others.push((log, deflections)),
+            None => {}
         }
     }
     // A log that shows part of what another one shows has the same mistake, unless it denies the rest.
@@ -353,7 +452,108 @@ pub(super) fn find(logs: &[Log], rows: &[Vec<Row>], model: &Model) -> Vec<Mistak
             None => joined.push(next),
         }
     }
-    joined.into_iter().map(|shown| named(shown, logs)).collect()
+    let columns = joined.into_iter().map(|shown| named(shown, logs));
+    columns.chain(sensors.mistakes(logs)).collect()
+}
+
+/// Logs by how their force sensors sit.
+#[derive(Default)]
+struct Sensors<'l> {
+    /// Elsewhere than the log says.
+    elsewhere: Vec<(&'l Log, Deflections)>,
+    /// Nothing shows where.
+    others: Vec<(&'l Log, Option<Deflections>)>,
+}
+
+impl Sensors<'_> {
+    /// A mistake for all logs of one sensor, or one for each log where they contradict each other.
+    fn mistakes(&self, campaign: &[Log]) -> Vec<Mistake> {
+        let mut found = Vec::new();
+        let mut left: Vec<&(&Log, Deflections)> = self.elsewhere.iter().collect();
+        while let Some((first, _)) = left.first() {
+            let said = first.origin.wrench;
+            let is_of_it = |log: &Log| log.origin.wrench == said;
+            let (same, rest): (Vec<_>, Vec<_>) =
+                left.into_iter().partition(|(log, _)| is_of_it(log));
+            left = rest;
+            let alone = |own: &Deflections| match own.explained(false) {
+                Some((Reading::Mounted(mounted), evidence)) => Some((mounted, evidence)),
+                _ => None,
+            };
+            let agrees = |own: &Deflections, mounted: Mounted| {
+                let least = alone(own).map_or(0.0, |(alone, _)| own.left(Reading::Mounted(alone)));
+                UNDONE * UNDONE * own.left(Reading::Mounted(mounted)) < least
+            };
+            let together = alone(&Deflections::together(same.iter().map(|(_, own)| own)));
+            let together =
+                together.filter(|(mounted, _)| same.iter().all(|(_, own)| agrees(own, *mounted)));
+            if let Some((mounted, evidence)) = together {
+                let allows = |own: &Deflections| {
+                    own.left(Reading::Mounted(mounted)) < ALIKE * own.left(Reading::Plain)
+                };
+                let others = self.others.iter();
+                let others = others
+                    .filter(|(log, own)| is_of_it(log) && own.as_ref().is_none_or(allows))
+                    .map(|(log, _)| *log);
+                let logs: Vec<&Log> = same.iter().map(|(log, _)| *log).chain(others).collect();
+                found.push(elsewhere(&mounted, evidence, &logs, campaign));
+            } else {
+                let of_log = |(log, own): &&(&Log, Deflections)| {
+                    let (mounted, evidence) = alone(own)?;
+                    Some(elsewhere(&mounted, evidence, &[*log], campaign))
+                };
+                found.extend(same.iter().filter_map(of_log));
+            }
+        }
+        found
+    }
+}
+
+/// A sensor that sits elsewhere than some logs of a campaign say.
+fn elsewhere(mounted: &Mounted, evidence: Evidence, logs: &[&Log], campaign: &[Log]) -> Mistake {
+    let said = logs[0].origin.wrench;
+    let [point_interval, axes_interval] = mounted.interval;
+    let (kind, channel) = match mounted.pose.rotation == Matrix3::identity() {
+        true => (MistakeKind::WrenchPoint, LogChannel::Moment),
+        false => (MistakeKind::WrenchAxes, LogChannel::Force),
+    };
+    let of_log = |log: &&Log| logs.iter().any(|other| other.name == log.name);
+    Mistake {
+        kind,
+        channel,
+        columns: Vec::new(),
+        logs: campaign.iter().filter(of_log).map(|log| log.name.clone()).collect(),
+        evidence,
+        change: Change::WrenchFrame(WrenchFrame {
+            pose: mounted.pose * said.unwrap_or_else(Pose::identity),
+            point_interval,
+            axes_interval,
+            replace: said.is_some(),
+        }),
+        lines: Vec::new(),
+    }
+}
+
+/// A log whose load moves the arm as nobody saw it, in columns that no mistake explains: without them
+/// it is explained.
+pub(super) fn contradicted(
+    logs: &[Log],
+    rows: &[Vec<Row>],
+    robot: &Robot<f64>,
+) -> Option<InputError> {
+    logs.iter().zip(rows).find_map(|(log, rows)| {
+        if !matches!(log.kind, LogKind::StaticLoad | LogKind::Weld) {
+            return None;
+        }
+        let (reading, evidence) = Deflections::of(log, rows, robot)?.explained(false)?;
+        let Reading::Scaled(set, 0.0) = reading else { return None };
+        let name = |c: usize| {
+            let channel = if c < 3 { LogChannel::Force } else { LogChannel::Moment };
+            channel.entry().columns[c % 3]
+        };
+        let columns: Vec<&str> = each(set).map(name).collect();
+        Some(log.contradicted(&columns, [evidence.before, evidence.after]))
+    })
 }
 
 /// A reading as a mistake in logs of a campaign.
@@ -367,7 +567,7 @@ fn named(shown: Shown<'_>, campaign: &[Log]) -> Mistake {
     let kind = match shown.reading {
         Reading::Exchanged(..) => MistakeKind::Exchanged,
         Reading::Scaled(set, -1.0) if set & FORCE == FORCE => MistakeKind::WrenchSide,
-        Reading::Scaled(_, -1.0) | Reading::Plain => MistakeKind::Sign,
+        Reading::Scaled(_, -1.0) | Reading::Plain | Reading::Mounted(_) => MistakeKind::Sign,
         Reading::Scaled(..) => MistakeKind::Unit,
     };
     let of_log = |log: &&Log| shown.logs.iter().any(|other| other.name == log.name);
@@ -398,7 +598,7 @@ fn changes(reading: Reading) -> Vec<ColumnChange> {
         column(channel, c % 3, unit, factor)
     };
     match reading {
-        Reading::Plain => Vec::new(),
+        Reading::Plain | Reading::Mounted(_) => Vec::new(),
         Reading::Scaled(set, factor) => each(set).map(|c| line(c, factor)).collect(),
         Reading::Exchanged(a, b) => {
             let (first, second) = (line(a, 1.0), line(b, 1.0));

@@ -40,6 +40,7 @@ use std::sync::Arc;
 use trueweld_core::{JOINTS, JointVector, Pose, Robot};
 use trueweld_plant::effects::{Effect, EffectError};
 use trueweld_plant::input::Process;
+use trueweld_plant::integrate::TooFast;
 use trueweld_plant::robot::{Channel, ElasticRobot, INTERNAL_STATES, Memory, mount};
 
 /// Angle of a joint by which one posture is another, rad.
@@ -124,6 +125,14 @@ pub enum PredictError {
     /// The model cannot be built.
     #[error(transparent)]
     Effect(#[from] EffectError),
+    /// The model's links move too fast to be followed.
+    #[error("{log}: {source}")]
+    TooFast {
+        /// The log.
+        log: String,
+        /// The joint, and how fast.
+        source: TooFast,
+    },
     /// The model's motion left the finite numbers.
     #[error("{log}: driven by this log the model leaves the finite numbers")]
     Diverged {
@@ -377,8 +386,12 @@ impl Experiment {
         match (&self.standing, &self.moving) {
             (Some(standing), _) => Ok(Some(standing.motion(robot, memory, before)?)),
             (None, Some(moving)) => {
-                let diverged = |_| PredictError::Diverged { log: self.name.clone() };
-                moving.motion(robot, memory, swing, before).map(Some).map_err(diverged)
+                let log = || self.name.clone();
+                let too_fast = |source| PredictError::TooFast { log: log(), source };
+                let diverged = |_| PredictError::Diverged { log: log() };
+                let substeps = moving.substeps(robot).map_err(too_fast)?;
+                let motion = moving.motion(robot, memory, swing, before, substeps);
+                motion.map(Some).map_err(diverged)
             }
             (None, None) => Ok(None),
         }

@@ -10,8 +10,8 @@ use trueweld_measure::mistakes::Mistake;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileMistake {
-    /// `sign`, `zero`, `exchanged`, `unit`, `gear-side`, `tracker-frame`, `time-unit`, `wrench-side`
-    /// or `payload`.
+    /// `sign`, `zero`, `exchanged`, `unit`, `gear-side`, `tracker-frame`, `time-unit`, `wrench-side`,
+    /// `wrench-axes`, `wrench-point` or `payload`.
     pub what: String,
     /// What it is in: joints by their names, columns of the wrench (`Fx`), or `encoders`, `torque`,
     /// `wrench`, `tracker`, `time`, `spindle`, `payload`.

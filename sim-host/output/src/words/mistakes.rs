@@ -1,10 +1,14 @@
 //! What is said of gross mistakes in the files.
 
 use super::{Scale, listed};
+use crate::words::register::half;
+use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::rotation_vector;
 use trueweld_measure::data::channel::LogChannel;
 use trueweld_measure::data::log::ColumnMapping;
-use trueweld_measure::mistakes::{Change, ColumnLines, Found, Mistake, MistakeKind, Registered};
+use trueweld_measure::mistakes::{
+    Change, ColumnLines, Found, Mistake, MistakeKind, Registered, WrenchFrame,
+};
 
 /// The finding, first of all that is said.
 pub(crate) fn headline(found: &Found, joints: &[String]) -> String {
@@ -107,6 +111,11 @@ pub(crate) fn sentence(mistake: &Mistake, joints: &[String]) -> String {
         (MistakeKind::WrenchSide, _) => {
             "the wrench is what the tool applies, not what is applied to the tool".to_owned()
         }
+        (_, Change::WrenchFrame(frame)) => mounted(frame),
+        (MistakeKind::WrenchAxes, _) => "the wrench is in other axes than the tool's".to_owned(),
+        (MistakeKind::WrenchPoint, _) => {
+            "the moment is about another point than the tool centre point".to_owned()
+        }
         (MistakeKind::Payload, Change::ToolMass(mass)) => {
             format!(
                 "a mass hangs on the flange that is written nowhere; the tool weighs {mass:.0} kg"
@@ -135,6 +144,63 @@ pub(crate) fn sentence(mistake: &Mistake, joints: &[String]) -> String {
     format!("{what} ({}): {compared}.", listed(&mistake.logs, "and"))
 }
 
+/// How a force sensor sits, with what its numbers are known to.
+fn mounted(frame: &WrenchFrame) -> String {
+    let WrenchFrame { pose, point_interval, axes_interval, .. } = frame;
+    let most = |widths: &[f64; 3]| widths.iter().copied().fold(0.0, f64::max);
+    let (metre, radian) = (Scale::small("m"), Scale::small("rad"));
+    let point = || {
+        let [x, y, z] = rounded(pose.position, 4).into();
+        format!(
+            "the moment is about a point {:.4} m from the tool centre point, at {x:.4}, {y:.4}, {z:.4} m in T {}",
+            pose.position.norm(),
+            half(&metre, most(point_interval))
+        )
+    };
+    let axes = || {
+        let turn = rotation_vector(&pose.rotation);
+        let [x, y, z] = rounded(turn / turn.norm(), 3).into();
+        format!(
+            "the wrench is in axes that are turned by {:.2}° about {x:.3}, {y:.3}, {z:.3} of T {}",
+            turn.norm().to_degrees(),
+            half(&radian, most(axes_interval))
+        )
+    };
+    let parts = [
+        (pose.rotation != Matrix3::identity()).then(axes),
+        (pose.position != Vector3::zeros()).then(point),
+    ];
+    parts
+        .into_iter()
+        .flatten()
+        .map(|part| part.trim_end().to_owned())
+        .collect::<Vec<_>>()
+        .join(", and ")
+}
+
+/// A vector to so many decimals, without a sign on its zeros.
+fn rounded(v: Vector3<f64>, decimals: i32) -> Vector3<f64> {
+    let unit = 10f64.powi(decimals);
+    v.map(|v| (v * unit).round() / unit + 0.0)
+}
+
+/// The entries of `[wrench]`.
+fn wrench_lines(frame: &WrenchFrame) -> String {
+    // Tenths of a millimetre, and what a plain angle needs.
+    let list = |v: Vector3<f64>, decimals: i32| {
+        let [x, y, z] = rounded(v, decimals).into();
+        format!("[{x:?}, {y:?}, {z:?}]")
+    };
+    let pose = &frame.pose;
+    let lines = [
+        (pose.position != Vector3::zeros())
+            .then(|| format!("point_m = {}", list(pose.position, 4))),
+        (pose.rotation != Matrix3::identity())
+            .then(|| format!("axes_rad = {}", list(rotation_vector(&pose.rotation), 9))),
+    ];
+    lines.into_iter().flatten().collect::<Vec<_>>().join("\n")
+}
+
 /// What to write, and where.
 pub(crate) fn change(mistake: &Mistake) -> String {
     match &mistake.change {
@@ -147,6 +213,7 @@ pub(crate) fn change(mistake: &Mistake) -> String {
                 .collect::<Vec<_>>()
                 .join("\n")
         }
+        Change::WrenchFrame(frame) => wrench_lines(frame),
         Change::ToolMass(mass) => format!("mass_kg = {mass:.1}"),
         Change::PayloadColumns(mass) => format!("payload_kg,cx_m,cy_m,cz_m  # {mass:.0} kg"),
     }
@@ -165,6 +232,10 @@ pub(crate) fn target(mistake: &Mistake) -> &'static str {
             "log.toml, under [columns], in place of the lines with the same headers"
         }
         Change::Columns(_) => "log.toml, under [columns]",
+        Change::WrenchFrame(WrenchFrame { replace: true, .. }) => {
+            "log.toml, in place of the table [wrench]"
+        }
+        Change::WrenchFrame(_) => "log.toml, under [wrench]",
         Change::ToolMass(_) => "robot.toml, under [tool]",
         Change::PayloadColumns(_) => "samples.csv, columns",
     }

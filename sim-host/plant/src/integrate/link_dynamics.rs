@@ -419,6 +419,7 @@ impl DynamicLinks {
     ///
     /// Runge–Kutta of fourth order in `substeps` for springs, dampers and what gears remember.
     /// Inertia and velocity terms, which change with the posture, are taken in its middle.
+    /// [`substeps`](super::substeps) tells how many it takes.
     ///
     /// # Errors
     /// [`Diverged`].

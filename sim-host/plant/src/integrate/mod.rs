@@ -2,11 +2,13 @@
 //! motors.
 
 mod dormand_prince;
+mod fastest;
 mod linearly_implicit;
 pub mod link_dynamics;
 pub mod rest;
 
 pub use dormand_prince::Tolerance;
+pub use fastest::{FastestMode, TooFast, substeps};
 
 use crate::cell::{Cell, Evaluation, State};
 use trueweld_core::JointVector;

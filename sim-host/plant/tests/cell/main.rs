@@ -2,6 +2,7 @@
 
 mod constants;
 mod effects;
+mod fast;
 mod health;
 #[expect(dead_code, reason = "shared with tests that need more of it")]
 #[path = "../../../../core-nostd/tests/algebra/support.rs"]

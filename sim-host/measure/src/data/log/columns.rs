@@ -450,16 +450,19 @@ impl Header {
             let there = columns.clone().find(|column| self.has(*column));
             let missing = columns.clone().find(|column| !self.has(*column));
             if let (Some(there), Some(missing)) = (there, missing) {
-                let all = named(columns);
-                let message = format!(
-                    "`{}` without `{}`; expected all of {all}, or none",
-                    column_name(there),
-                    column_name(missing)
-                );
-                let help = format!(
-                    "Add `{}`, with empty fields where it has no values.",
-                    column_name(missing)
-                );
+                let of_weld = kind == LogKind::Weld && columns == LogChannel::Force.columns();
+                let (message, help) = if of_weld {
+                    let (message, help) = force_in_part(columns.filter(|c| !self.has(*c)));
+                    (message, help.to_owned())
+                } else {
+                    let [there, missing] = [there, missing].map(column_name);
+                    let all = named(columns);
+                    let message =
+                        format!("`{there}` without `{missing}`; expected all of {all}, or none");
+                    let help =
+                        format!("Add `{missing}`, with empty fields where it has no values.");
+                    (message, help)
+                };
                 let field = |(_, bound): (&dyn Rows, &Bound)| {
                     bound.bindings.iter().find(|b| b.column == there).map(|b| b.field)
                 };
@@ -487,6 +490,18 @@ pub(super) fn predicted(kind: LogKind) -> Vec<usize> {
     channels
         .flat_map(|channel| channel.id.columns().take(if channel.together { 1 } else { COUNT }))
         .collect()
+}
+
+/// Why a weld's force is of no use where columns of it were not measured.
+pub(super) fn force_in_part(missing: impl Iterator<Item = usize>) -> (String, &'static str) {
+    let message = format!(
+        "of the weld's force {} were not measured; expected all of {}: the whole force bends the arm, and all of it is compared",
+        named(missing),
+        named(LogChannel::Force.columns())
+    );
+    let help = "Neither zeros nor empty fields stand for a force that nobody measured, and without the whole force a weld is not \
+                compared. Record it with a sensor for the force in the plane as well, or compare other logs of this cell.";
+    (message, help)
 }
 
 /// Names of columns as messages show them.

@@ -5,6 +5,21 @@ use super::Log;
 use trueweld_plant::input::InputError;
 
 impl Log {
+    /// Refuses a log that is explained without columns of its wrench, and not with them: what is left of
+    /// the tool's place with them and without, m.
+    pub(crate) fn contradicted(&self, columns: &[&str], [with, without]: [f64; 2]) -> InputError {
+        let columns = columns.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        let message = format!(
+            "{columns} load the arm otherwise than the tracker saw: {:.3} mm of the tool's place are left with them, \
+             {:.3} mm without; expected a load that moves the arm as it was seen",
+            1e3 * with,
+            1e3 * without
+        );
+        let help = "No unit, sign or place of the sensor explains it. State what was measured under [columns] and [wrench], \
+                    or leave the columns out.";
+        self.source.error_of_file(message, help)
+    }
+
     /// A tool seen so far, m RMS, from where the encoders put it, for no reason that is known.
     pub(crate) fn of_another_robot(&self, misfit: f64) -> InputError {
         let message = format!(

@@ -117,6 +117,9 @@ pub struct Origin {
     pub clocks: Vec<LogClock>,
     /// The point of the tool that the tracker saw, in T, m, where it is not the tool centre point.
     pub target: Option<Vector3<f64>>,
+    /// How the force sensor sits, where `log.toml` says so: its axes, and the point that its moment is
+    /// about, in T, m.
+    pub wrench: Option<Pose<f64>>,
     /// Where the tracker stands, where `log.toml` says so or it was found.
     mounting: Option<Mounting>,
     /// What stands on clocks that were fitted.
@@ -180,7 +183,7 @@ impl Log {
         let root = document.root_of(FileKind::Log.schema())?;
         let mut keys = vec!["schema", "kind", "robot", "weld", "process", "period_s", "noise"];
         keys.extend(files::KEYS);
-        keys.push("tracker");
+        keys.extend(["tracker", "wrench"]);
         root.only(&keys)?;
         let kind = kind(&root)?;
         let mut read = vec![folder.join(LOG_FILE)];
@@ -198,6 +201,7 @@ impl Log {
             root.has("period_s").then(|| root.number("period_s", Bounds::Positive)).transpose()?;
         let mounting =
             root.has("tracker").then(|| mounting(&root.table("tracker")?)).transpose()?;
+        let wrench = root.has("wrench").then(|| sensor(&root.table("wrench")?)).transpose()?;
         let plan = Plan::read(&root, folder)?;
         read.extend(plan.files.iter().map(|file| file.path.clone()));
 
@@ -283,6 +287,7 @@ impl Log {
         let period = period.filter(|stated| now <= 1.5 * stated).unwrap_or(now);
         let all = gaps::pieces(&mut columns, kind, period, &header, &mut notices);
         let noise = noise.propagated(&gain);
+        let noise = wrench.as_ref().map_or(noise, |sensor| noise.at_tool(sensor));
         screen::leave_out(&mut columns, kind, &noise, &mut notices);
         let least = if kind == LogKind::StaticLoad { 1 } else { 2 };
         let pieces: Vec<_> = all.into_iter().filter(|piece| piece.len() >= least).collect();
@@ -292,7 +297,7 @@ impl Log {
             return Err(file_error(message.to_owned(), "Were the encoders recorded?"));
         }
         let columns_of = plan.columns.clone();
-        let origin = Origin { columns: columns_of, clocks, target, mounting, later };
+        let origin = Origin { columns: columns_of, clocks, target, wrench, mounting, later };
         let count = pieces.len();
         let whole = name_of(folder);
         let log = |(number, rows): (usize, std::ops::Range<usize>)| {
@@ -303,6 +308,7 @@ impl Log {
                 columns.rows(rows)
             };
             samples.take(&mut part, kind);
+            origin.wrench.iter().for_each(|sensor| samples.at_tool(sensor));
             if let Some(mounting) = &origin.mounting {
                 samples.register(mounting, &robot.robot);
             }
@@ -354,7 +360,10 @@ impl Log {
             join::refit(&samples.time, poses, origin.target, &mut origin.clocks, &later, *kind);
         if let Some(mut columns) = refitted {
             columns.time.clear();
+            let force = LogChannel::Force.columns().start;
+            let sensor = origin.wrench.filter(|_| columns.values[force].is_some());
             samples.take(&mut columns, *kind);
+            sensor.iter().for_each(|sensor| samples.at_tool(sensor));
             if let Some(mounting) = &origin.mounting {
                 samples.register(mounting, &robot.robot);
             }
@@ -428,23 +437,35 @@ fn once(opened: &[Box<dyn Rows + '_>], bounds: &[Bound]) -> Result<(), InputErro
 /// Where a tracker stands, and what it sees of the tool; what is left out is nothing.
 fn mounting(table: &Table<'_>) -> Result<Mounting, InputError> {
     table.only(&["base_m", "base_rad", "point_m", "axes_rad"])?;
-    let pose = |position: &str, rotation: &str, far: f64| {
-        let vector = |key: &str, most: f64| {
-            if !table.has(key) {
-                return Ok(Vector3::zeros());
-            }
-            let read = table.list(key, 3, Bounds::Between(-most, most))?;
-            <[f64; 3]>::try_from(read)
-                .map(Vector3::from)
-                .map_err(|_| table.wrong(key, "a list of 3 numbers", "x, y and z."))
-        };
-        let (position, turn) = (vector(position, far)?, vector(rotation, 7.0)?);
-        Ok::<Pose<f64>, InputError>(Pose { rotation: rotation_from_vector(&turn), position })
-    };
     Ok(Mounting {
-        frame: pose("base_m", "base_rad", 100.0)?,
-        tool: pose("point_m", "axes_rad", 5.0)?,
+        frame: pose(table, ["base_m", "base_rad"], 100.0)?,
+        tool: pose(table, ["point_m", "axes_rad"], 5.0)?,
     })
+}
+
+/// How a force sensor sits in T; what is left out is nothing.
+fn sensor(table: &Table<'_>) -> Result<Pose<f64>, InputError> {
+    table.only(&["point_m", "axes_rad"])?;
+    pose(table, ["point_m", "axes_rad"], 5.0)
+}
+
+/// A position, m, at most `far` along each axis, and a rotation vector, rad, by their keys.
+fn pose(
+    table: &Table<'_>,
+    [position, rotation]: [&str; 2],
+    far: f64,
+) -> Result<Pose<f64>, InputError> {
+    let vector = |key: &str, most: f64| {
+        if !table.has(key) {
+            return Ok(Vector3::zeros());
+        }
+        let read = table.list(key, 3, Bounds::Between(-most, most))?;
+        <[f64; 3]>::try_from(read)
+            .map(Vector3::from)
+            .map_err(|_| table.wrong(key, "a list of 3 numbers", "x, y and z."))
+    };
+    let (position, turn) = (vector(position, far)?, vector(rotation, 7.0)?);
+    Ok(Pose { rotation: rotation_from_vector(&turn), position })
 }
 
 fn kind(root: &Table<'_>) -> Result<LogKind, InputError> {

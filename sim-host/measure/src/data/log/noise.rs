@@ -2,7 +2,9 @@
 
 use super::columns::Header;
 use crate::data::channel::{CHANNELS, COUNT, LogChannel};
-use trueweld_core::JOINTS;
+use nalgebra::Matrix3;
+use trueweld_core::spatial::skew;
+use trueweld_core::{JOINTS, Pose};
 use trueweld_plant::input::{Bounds, InputError, Table};
 
 /// One column's noise.
@@ -76,6 +78,26 @@ impl NoiseLevels {
         all.channels_mut()
             .into_iter()
             .any(|(of, levels)| of.name() == channel && levels.iter().any(is_stated))
+    }
+
+    /// What becomes of it where a wrench is taken to the tool centre point, in T, from a sensor that
+    /// sits so there. A column that rests on one whose noise is not stated has none stated.
+    pub(super) fn at_tool(mut self, sensor: &Pose<f64>) -> Self {
+        let lever = skew(&sensor.position) * sensor.rotation;
+        let (force, moment) = (self.force, self.moment);
+        let row = |m: &Matrix3<f64>, r: usize, of: &[Option<Level>; 3]| {
+            [0, 1, 2].map(|c| (m[(r, c)], of[c]))
+        };
+        let sum = |terms: &[(f64, Option<Level>)]| {
+            let used = terms.iter().filter(|(by, _)| by.abs() > f64::EPSILON);
+            let variance: Option<f64> =
+                used.map(|(by, l)| Some((by * (*l)?.deviation).powi(2))).sum();
+            variance.map(|v| Level { deviation: v.sqrt(), stated: true })
+        };
+        self.force = [0, 1, 2].map(|r| sum(&row(&sensor.rotation, r, &force)));
+        self.moment = [0, 1, 2]
+            .map(|r| sum(&[row(&sensor.rotation, r, &moment), row(&lever, r, &force)].concat()));
+        self
     }
 
     /// What becomes of it where a column's variance is changed by a factor.

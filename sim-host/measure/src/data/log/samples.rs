@@ -1,6 +1,6 @@
 //! The rows of a log: a vector a channel.
 
-use super::columns::{Header, named, predicted};
+use super::columns::{Header, force_in_part, named, predicted};
 use super::notice::LogNotice;
 use crate::data::channel::{COUNT, LogChannel, column_name};
 use crate::data::kind::LogKind;
@@ -8,7 +8,7 @@ use crate::register::Mounting;
 use nalgebra::Vector3;
 use std::ops::Range;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
-use trueweld_core::{JOINTS, JointVector, Robot};
+use trueweld_core::{JOINTS, JointVector, Pose, Robot};
 
 /// Extra mass hung on the flange.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,6 +61,16 @@ impl Samples {
             if let (Some(series), Some(rotation)) = (&mut self.rotation, rotation) {
                 series[k] = rotation_vector(&rotation);
             }
+        }
+    }
+
+    /// Takes a wrench in the axes, and about the point, of a sensor that sits so in T to one in T at
+    /// the tool centre point: R f, and R m + p × R f.
+    pub fn at_tool(&mut self, sensor: &Pose<f64>) {
+        let Some(force) = &mut self.force else { return };
+        force.iter_mut().for_each(|f| *f = sensor.rotation * *f);
+        for (moment, force) in self.moment.iter_mut().flatten().zip(force) {
+            *moment = sensor.rotation * *moment + sensor.position.cross(force);
         }
     }
 
@@ -158,6 +168,15 @@ impl Columns {
         let any = |column: usize| {
             self.values[column].as_ref().is_some_and(|c| c.iter().any(|v| !v.is_nan()))
         };
+        let is_measured = |column: &usize| {
+            let series = self.values[*column].as_ref();
+            series.is_some_and(|series| series.iter().any(|v| !v.is_nan() && *v != 0.0))
+        };
+        let (measured, missing): (Vec<usize>, Vec<usize>) =
+            LogChannel::Force.columns().partition(is_measured);
+        if kind == LogKind::Weld && !measured.is_empty() && !missing.is_empty() {
+            return Err(force_in_part(missing.into_iter()));
+        }
         let group = |column: usize| {
             let (channel, _) = LogChannel::of(column);
             if channel.together { channel.id.columns() } else { column..column + 1 }

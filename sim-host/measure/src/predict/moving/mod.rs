@@ -19,8 +19,8 @@ use std::sync::Arc;
 use swing::Swing;
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{JointVector, Wrench};
-use trueweld_plant::integrate::Diverged;
 use trueweld_plant::integrate::link_dynamics::{DynamicLinks, Motors};
+use trueweld_plant::integrate::{Diverged, TooFast, substeps};
 use trueweld_plant::robot::{Channel, ElasticRobot, Memory};
 
 /// Bands of the encoders that drive the links, Hz, widest first: what a brake does to them, and
@@ -52,6 +52,9 @@ const OF_A_PERIOD: f64 = 0.2;
 /// Longest step of the links' integration, s: a mode of 50 Hz turns by 0.6 rad in it.
 const STEP: f64 = 2e-3;
 
+/// Postures along a log at which its fastest mode is looked for.
+const POSTURES: usize = 32;
+
 /// Time at either end of a log that is driven through but not compared, s: there the smoothed drive
 /// has one side only.
 const END: f64 = 0.1;
@@ -64,12 +67,19 @@ struct Links {
     /// Links that are driven with less noise, whose gears tell what is remembered; none where nothing
     /// is.
     even: Option<DynamicLinks>,
+    /// Steps of the integration for each state of the motors.
+    substeps: usize,
 }
 
 impl Links {
-    fn new(robot: &ElasticRobot, swinging: DynamicLinks, afloat: Option<BacklashObserver>) -> Self {
+    fn new(
+        robot: &ElasticRobot,
+        swinging: DynamicLinks,
+        afloat: Option<BacklashObserver>,
+        substeps: usize,
+    ) -> Self {
         let even = (robot.ports.memories() > 0).then_some(swinging);
-        Self { swinging, afloat, even }
+        Self { swinging, afloat, even, substeps }
     }
 }
 
@@ -77,9 +87,8 @@ impl Links {
 #[derive(Debug, Clone)]
 pub(super) struct Moving {
     period: f64,
-    /// States of the motors for each row, and steps of the integration for each of them.
+    /// States of the motors for each row.
     parts: usize,
-    substeps: usize,
     time: Vec<f64>,
     /// Band that most of the drive was smoothed in, Hz.
     drive_band: f64,
@@ -258,7 +267,6 @@ impl Moving {
         let mut moving = Self {
             period,
             parts,
-            substeps: (part / STEP - 1e-9).ceil().max(1.0) as usize,
             time: s.time.clone(),
             drive,
             even,
@@ -289,6 +297,16 @@ impl Moving {
         self.period / self.parts as f64
     }
 
+    /// Steps of the integration that these links need for each state of the motors.
+    ///
+    /// # Errors
+    /// Links that move too fast to be followed.
+    pub(super) fn substeps(&self, robot: &ElasticRobot) -> Result<usize, TooFast> {
+        let every = self.drive.len().div_ceil(POSTURES).max(1);
+        let postures = self.drive.iter().step_by(every).map(|motors| motors.angle);
+        substeps(robot, postures, self.part(), STEP)
+    }
+
     /// A series at one row, in the band it is compared in.
     fn calmed(&self, length: usize, row: usize, series: impl Fn(usize) -> f64) -> f64 {
         self.calm.as_ref().map_or_else(|| series(row), |low| low.at(0, &series, length, row))
@@ -299,9 +317,9 @@ impl Moving {
         let last = row * self.parts;
         for state in last.saturating_sub(self.parts - 1).max(1)..=last {
             let time = state as f64 * self.part() + self.time[0];
-            links.swinging.advance(robot, &self.drive[state], time, self.substeps)?;
+            links.swinging.advance(robot, &self.drive[state], time, links.substeps)?;
             if let Some(even) = &mut links.even {
-                even.advance(robot, &self.even[state], time, self.substeps)?;
+                even.advance(robot, &self.even[state], time, links.substeps)?;
                 links.swinging.remember(&even.memory());
             }
         }
@@ -343,13 +361,15 @@ impl Moving {
         &self.drive
     }
 
-    /// What the links do: see [`Experiment::follow`](super::Experiment).
+    /// What the links do, in so many steps for each state of the motors: see
+    /// [`Experiment::follow`](super::Experiment).
     pub(super) fn motion(
         &self,
         robot: &ElasticRobot,
         memory: &Memory,
         known: Option<&Arc<DMatrix<f64>>>,
         before: Option<&Motion>,
+        substeps: usize,
     ) -> Result<Motion, Diverged> {
         let n = self.time.len();
         /// The slopes are taken once; a few rounds bring the start to where the model has it.
@@ -359,7 +379,8 @@ impl Moving {
         let mut gain = None;
         if let Some(swing) = &self.swing {
             // A gear that remembers is another spring: its slopes are its own, and taken once.
-            let own = || swing.gain(&self.swing_slopes(robot, swing, memory)?.0).map(Arc::new);
+            let slopes = || self.swing_slopes(robot, swing, memory, substeps);
+            let own = || swing.gain(&slopes()?.0).map(Arc::new);
             gain = match known {
                 Some(known) => Some(known.clone()),
                 None if robot.ports.memories() > 0 => own(),
@@ -367,14 +388,15 @@ impl Moving {
             };
             for _ in 0..ROUNDS {
                 let start = self.start(robot, memory, &elsewhere);
-                let start = Links::new(robot, start, afloat.clone());
+                let start = Links::new(robot, start, afloat.clone(), substeps);
                 let Some(left) = self.first_residual(robot, &swing.rows, start) else { break };
                 let by = gain.as_deref().unwrap_or(&swing.gain) * left;
                 elsewhere += SVector::<f64, 12>::from_column_slice(by.as_slice());
             }
         }
         let mut motion = Motion { swing: gain, ..Motion::new(n, afloat.is_some()) };
-        let mut links = Links::new(robot, self.start(robot, memory, &elsewhere), afloat);
+        let start = self.start(robot, memory, &elsewhere);
+        let mut links = Links::new(robot, start, afloat, substeps);
         for k in 0..n {
             self.advance(robot, &mut links, k)?;
             let swinging = &links.swinging;

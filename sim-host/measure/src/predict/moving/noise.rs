@@ -167,6 +167,7 @@ impl Moving {
         }
         let n = self.time.len();
         let robot = ElasticRobot::with_effects(&model.robot, &[], None).ok()?;
+        let substeps = self.substeps(&robot).ok()?;
         let still = SVector::<f64, 12>::zeros();
         let part = self.part();
         let drive = LowPass::new(DRIVE_BANDS[0].min(0.2 / part), part);
@@ -192,7 +193,7 @@ impl Moving {
                 };
                 if state > 0 {
                     let time = state as f64 * part + self.time[0];
-                    links.advance(&robot, &motors, time, self.substeps).ok()?;
+                    links.advance(&robot, &motors, time, substeps).ok()?;
                 }
                 if state.is_multiple_of(self.parts) {
                     let rate = six(2, state);

@@ -43,7 +43,9 @@ impl Moving {
         let robot = ElasticRobot::with_effects(&model.robot, &[], None).ok()?;
         let variance = [0, 1, 2].map(|c| level[c].deviation.powi(2));
         let mut swing = Swing { rows, lowest, variance, gain: DMatrix::zeros(0, 0) };
-        let (slopes, plain) = self.swing_slopes(&robot, &swing, &[0.0; INTERNAL_STATES])?;
+        let substeps = self.substeps(&robot).ok()?;
+        let memory = [0.0; INTERNAL_STATES];
+        let (slopes, plain) = self.swing_slopes(&robot, &swing, &memory, substeps)?;
         let (weighted, normal) = swing.normal(&slopes);
         let right = weighted.tr_mul(&plain);
         let explained = |from: usize| {
@@ -67,9 +69,11 @@ impl Moving {
         robot: &ElasticRobot,
         swing: &Swing,
         memory: &Memory,
+        substeps: usize,
     ) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let still = SVector::<f64, 12>::zeros();
-        let begin = |elsewhere: &_| Links::new(robot, self.start(robot, memory, elsewhere), None);
+        let start = |elsewhere: &_| self.start(robot, memory, elsewhere);
+        let begin = |elsewhere: &_| Links::new(robot, start(elsewhere), None, substeps);
         let plain = self.first_residual(robot, &swing.rows, begin(&still))?;
         let mut columns = DMatrix::<f64>::zeros(plain.len(), 18);
         for k in 0..12 {
