@@ -854,14 +854,18 @@ fn a_limit_that_can_show_nothing_is_refused_or_is_no_requirement() {
     // Half the pin of 5 mm, a pin, half a degree; beyond them it is not the weld that was asked for.
     for (text, place, most) in [
         (
-            "[limits]\nlateral_max_m = 0.3",
-            "`lateral_max_m` in [limits] is 0.3 m",
+            "[limits]\nlateral_max_m = 0.008",
+            "`lateral_max_m` in [limits] is 0.008 m",
             "at most 0.0025 m",
         ),
-        ("[limits]\nlateral_rms_m = 0.02", "`lateral_rms_m` in [limits]", "at most 0.0025 m"),
+        ("[limits]\nlateral_rms_m = 0.009", "`lateral_rms_m` in [limits]", "at most 0.0025 m"),
         ("[limits]\ntilt_max_rad = 0.05", "`tilt_max_rad` in [limits]", "at most 0.0087 rad"),
         ("[limits]\npush_error_mean_n = 5e3", "`push_error_mean_n` in [limits]", "at most 900 N"),
-        ("[limits]\n[limits.end]\nlongitudinal_max_m = 0.05", "in [limits.end]", "at most 0.005 m"),
+        (
+            "[limits]\n[limits.end]\nlongitudinal_max_m = 0.015",
+            "in [limits.end]",
+            "at most 0.005 m",
+        ),
         ("[limits]\n[worst_case]\nlateral_max_m = 0.01", "in [worst_case]", "at most 0.0025 m"),
     ] {
         refused(text, &coupon, [place, most]);

@@ -34,6 +34,7 @@ fn no_output_overwrites_an_input_or_another_output() {
     fs::create_dir(place.path().join("sub")).unwrap();
 
     let input = "it is an input of this command";
+    let coupon = fixture("requirements/coupon.toml");
     let cases: &[(&[&str], &str)] = &[
         (&["weld", "--weld", "short.toml", "--json", "short.toml"], input),
         (&["weld", "--weld", "short.toml", "--json", "sub/../short.toml"], input),
@@ -47,6 +48,8 @@ fn no_output_overwrites_an_input_or_another_output() {
                 "none",
                 "--weld",
                 "short.toml",
+                "--requirements",
+                &coupon,
                 "--evidence",
                 "sub",
                 "--json",
@@ -61,6 +64,8 @@ fn no_output_overwrites_an_input_or_another_output() {
                 "none",
                 "--weld",
                 "short.toml",
+                "--requirements",
+                &coupon,
                 "--evidence",
                 "sub",
                 "--json",

@@ -62,8 +62,8 @@ fn two_days(longer: [f64; 2]) -> FitProblem {
 }
 
 #[test]
-fn what_fits_every_log_and_foretells_no_other_is_told_by_leaving_logs_out() {
-    // Sum of squares as given, from the other blocks in time, and from the other log.
+fn what_no_other_log_foretells_is_told_by_leaving_logs_out() {
+    // Sum of squares as given, and from the other log.
     let squares = |bench: &FitProblem, kind: &str, places: std::ops::Range<usize>| {
         let mut point = FitState::empty(bench.experiments.len());
         for joint in places {
@@ -72,15 +72,15 @@ fn what_fits_every_log_and_foretells_no_other_is_told_by_leaving_logs_out() {
         }
         let given = fit(bench, &point, &blocks_of(bench), &[], Effort::steps(0, 0)).unwrap();
         let fitted = fit(bench, &point, &blocks_of(bench), &[], Effort::full(0)).unwrap();
-        [chi_square(&given.at), fitted.held_out(), fitted.held_out_logs(bench)]
+        [chi_square(&given.at), fitted.held_out_logs(bench)]
     };
     // A tracker whose scale is another one on either day: links mounted otherwise make up for it in the
     // postures of a day, and for the opposite of it on the next.
-    let [given, blocks, logs] = squares(&two_days([4e-4, -4e-4]), "geometry-error", 0..6);
-    assert!(blocks < 0.8 * given && logs > given, "{given} {blocks} {logs}");
+    let [given, logs] = squares(&two_days([4e-4, -4e-4]), "geometry-error", 0..6);
+    assert!(logs > given, "{given} {logs}");
     // The play of A5 is the cell's.
-    let [given, blocks, logs] = squares(&two_days([0.0, 0.0]), "backlash", 4..5);
-    assert!(blocks < 0.5 * given && logs < 0.5 * given, "{given} {blocks} {logs}");
+    let [given, logs] = squares(&two_days([0.0, 0.0]), "backlash", 4..5);
+    assert!(logs < 0.5 * given, "{given} {logs}");
 }
 
 #[test]

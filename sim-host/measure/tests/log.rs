@@ -224,7 +224,7 @@ fn a_missing_column_is_named() {
     for of_no_force in ["0.0", ""] {
         let place = format!(",{of_no_force},{of_no_force},-12");
         let text = WELD.replace(",-10,-22,-12", &place).replace(",-22,30,-12", &place);
-        refused(parse(&weld_toml(), text), "dir/run", &whole);
+        refused(parse(&weld_toml(), text), "", &whole);
     }
     let text = STATIC.replace("cy_m", "other");
     refused(parse(&log_toml("static-load", ""), text), "1:89", &["`payload_kg` without `cy_m`"]);

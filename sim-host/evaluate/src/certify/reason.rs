@@ -184,10 +184,12 @@ pub enum Held {
 }
 
 impl Held {
-    /// A drive comes first: with it at its limit there is no loop that a law could be judged by. Of
-    /// what is asked of the drives themselves it is told however short it was.
+    /// A drive or the authority, whichever stood at its limit for longer: a law that swings between
+    /// the ends of its authority drives motors to theirs. Of what is asked of the drives themselves a
+    /// drive is told however short it was.
     fn of(name: &str, s: &Symptoms) -> Option<Self> {
-        let least = if OF_DRIVES.contains(&name) { f64::MIN_POSITIVE } else { HELD };
+        let of_drives = OF_DRIVES.contains(&name);
+        let least = if of_drives { f64::MIN_POSITIVE } else { HELD.max(s.at_authority) };
         let drives = s.drives.iter().enumerate().flat_map(|(joint, drive)| {
             let DriveLoad { at_torque_limit, at_speed_limit, .. } = *drive;
             [Self::Torque(joint, at_torque_limit), Self::Speed(joint, at_speed_limit)]
