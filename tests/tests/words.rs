@@ -37,9 +37,14 @@ fn no_sentence_is_made_where_numbers_are() {
     files(&root.join("measure/src"), &mut all);
     files(&root.join("evaluate/src"), &mut all);
     let of_input = |file: &Path| {
-        ["measure/src/data/log", "measure/src/data/campaign.rs", "evaluate/src/uncertain"]
-            .iter()
-            .any(|input| file.starts_with(root.join(input)))
+        [
+            "measure/src/data/log",
+            "measure/src/data/campaign.rs",
+            "evaluate/src/uncertain",
+            "evaluate/src/requirements.rs",
+        ]
+        .iter()
+        .any(|input| file.starts_with(root.join(input)))
     };
     let made: Vec<_> = all
         .iter()

@@ -369,10 +369,15 @@ fn conclude(
         return conclude(ground, (before, held), singles, Vec::new(), tried, unexplained);
     }
     let kept: Vec<_> = kept.into_iter().filter(|name| !is_of_registration(bench, name.0)).collect();
-    let mut calibration = match at_floor(bench, &improved.at) {
-        true => found_beside(bench, &improved, best, |_| true),
-        false => found_by_what_is_left(bench, blocks, &improved),
-    };
+    // By what is left out, and by what no model explains, whichever says less of them.
+    let mut calibration = found_beside(bench, &improved, best, |_| true);
+    for (found, weighed) in
+        calibration.iter_mut().zip(found_by_what_is_left(bench, blocks, &improved))
+    {
+        for (own, other) in found.interval.iter_mut().zip(weighed.interval) {
+            *own = [own[0].min(other[0]), own[1].max(other[1])];
+        }
+    }
     calibration.retain(|found| is_calibration(found.effect.kind));
 
     let mut candidates: Vec<Candidate> = singles
@@ -442,7 +447,13 @@ fn conclude(
     weigh(ground, &mut candidates, nothing, tried, verdict);
     if verdict == Verdict::EffectFound {
         let any: f64 = candidates.iter().map(|c| c.probability).sum();
-        if any < rules::SURELY_ONE && at_floor(bench, &null.at) {
+        // That a calibration is off shows in the model as it was given; which one is the question.
+        let is_calibration = |found: &FittedEffect| is_calibration(found.effect.kind);
+        let surely = match candidates[0].effects.iter().all(is_calibration) {
+            true => 0.5,
+            false => rules::SURELY_ONE,
+        };
+        if any < surely && at_floor(bench, &null.at) {
             // "None of these" is not much less likely than all that was tried, and nothing stands
             // out.
             if !chosen.is_empty() {

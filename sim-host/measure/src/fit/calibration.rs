@@ -3,6 +3,8 @@
 //! every hypothesis, reported apart. Which effects these are, and what is expected of them, they
 //! say themselves ([`Calibration`]).
 
+pub use super::{expected, is_calibration};
+
 use super::{EffectScope, FitProblem, FitState, FreeParameter, PerLogEffect};
 use crate::data::log::LogKind;
 use crate::predict::Experiment;
@@ -10,17 +12,6 @@ use trueweld_core::spatial::rotation_vector;
 use trueweld_plant::effects::{
     Action, Calibration, CalibrationScope, Effect, EffectKind, Location, library,
 };
-
-/// True for an effect that is a calibration of what the model has.
-pub fn is_calibration(kind: &EffectKind) -> bool {
-    kind.calibration.is_some()
-}
-
-/// Expected size of each of an effect's values, one standard deviation: infinite for what is no
-/// calibration.
-pub fn expected(kind: &EffectKind) -> Vec<f64> {
-    kind.calibration.map_or(vec![f64::INFINITY; kind.parameters.len()], |c| c.expected.to_vec())
-}
 
 /// Effects with values of their own in every log of a bench that shows them, all free.
 pub fn per_log(bench: &FitProblem, effects: &[PerLogEffect]) -> FitState {

@@ -18,13 +18,12 @@ pub(crate) use linear::Factor;
 pub use linear::{Hold, Linear, Step};
 pub use solver::{Effort, End, Fitted, fit};
 
-use crate::fit::calibration::is_calibration;
 use crate::predict::{Compared, Experiment, Model, PredictError, Prediction, Quantity};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::time::Instant;
 use trueweld_plant::effects::table::DefinedTable;
-use trueweld_plant::effects::{Action, Effect, Location, Parameter, Role};
+use trueweld_plant::effects::{Action, Effect, EffectKind, Location, Parameter, Role};
 use trueweld_plant::input::{ModelEffect, ModelFile, Posterior, Scope};
 
 /// Blocks in time that can be left out.
@@ -60,7 +59,7 @@ pub struct PerLogEffect {
 
 impl PerLogEffect {
     fn new(stated: Effect, posterior: Option<&Posterior>) -> Self {
-        let mut expected = calibration::expected(stated.kind);
+        let mut expected = expected(stated.kind);
         // What the logs of the model were off by from one another, where that is more.
         for number in posterior.iter().flat_map(|posterior| &posterior.numbers) {
             if (number.kind.id, number.at) == (stated.kind.id, stated.at) {
@@ -150,6 +149,17 @@ impl FitProblem {
     pub fn is_late(&self) -> bool {
         self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
+}
+
+/// True for an effect that is a calibration of what the model has.
+pub fn is_calibration(kind: &EffectKind) -> bool {
+    kind.calibration.is_some()
+}
+
+/// Expected size of each of an effect's values, one standard deviation: infinite for what is no
+/// calibration.
+pub fn expected(kind: &EffectKind) -> Vec<f64> {
+    kind.calibration.map_or(vec![f64::INFINITY; kind.parameters.len()], |c| c.expected.to_vec())
 }
 
 /// True for an effect of the user's own that does nothing with its values.
