@@ -155,7 +155,8 @@ const CHANGES: [(&str, Change); 4] = [
     ("elsewhere", elsewhere),
 ];
 
-/// What is hidden is in the answer to the clean campaign, and in that to every other.
+/// What is hidden is in the answer to the clean campaign, and in that to every other. What is left of
+/// logs that were cut may show too little of it; then nothing is named in its place.
 fn same_answer(clean: &Path, hidden: Option<&str>) {
     let is_right = |answer: &[String]| match hidden {
         Some(hidden) => answer.iter().any(|one| one == hidden),
@@ -169,7 +170,8 @@ fn same_answer(clean: &Path, hidden: Option<&str>) {
         change(folder.path());
         println!("{name}");
         let found = answer(folder.path());
-        assert!(is_right(&found), "{name}: {found:?}");
+        let may_be_silent = name == "cut" && found.is_empty();
+        assert!(is_right(&found) || may_be_silent, "{name}: {found:?}");
     }
 }
 

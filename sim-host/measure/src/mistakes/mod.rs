@@ -7,6 +7,7 @@
 //! explains the residual is named, with the line that undoes it. A tracker that stands anywhere is no
 //! mistake: its frame is found and taken out ([`Registered`]).
 
+mod deflections;
 mod line;
 mod load;
 mod mounted;

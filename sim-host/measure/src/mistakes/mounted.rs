@@ -6,8 +6,8 @@
 //! mountings. Of a weld the model expects no moment at the tool centre point, which tells p better by
 //! far; it has a say only where the arm agrees. What the load never showed stays near nothing.
 
+use super::deflections::{ALIKE, Deflected, Deflections, GIVES};
 use super::refine::CORRELATED;
-use super::wrench::{ALIKE, Deflected, Deflections, GIVES};
 use crate::HALF_95;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 use std::f64::consts::FRAC_PI_2;
