@@ -11,7 +11,7 @@ use crate::outer_integral::FollowingGains;
 use nalgebra::{Matrix3, SVector};
 use sha2::{Digest, Sha256};
 use trueweld_core::compensation::LoopLimits;
-use trueweld_core::control::{ExternalGains, ForceGains, ForceRange, JointGains};
+use trueweld_core::control::{ExternalGains, ForceGains, ForceSensorLimits, JointGains};
 use trueweld_core::scalar::lit;
 use trueweld_core::{
     COUNTERBALANCE_POINTS, COUNTERBALANCE_TERMS, Counterbalance, Friction, JOINTS, JointParameters,
@@ -19,7 +19,7 @@ use trueweld_core::{
 };
 
 /// Version of the layout: a core takes its own alone.
-pub const CONFIGURATION_VERSION: u32 = 2;
+pub const CONFIGURATION_VERSION: u32 = 3;
 
 // The header of C has no names for these.
 const _: () = assert!(
@@ -178,6 +178,9 @@ pub struct ControlNumbers {
     pub force_sensor_moment: f64,
     /// Largest force that the force sensor can measure, N, likewise.
     pub force_sensor_force: f64,
+    /// Largest difference between the push that the force sensor shows and the push that the drives
+    /// bear, N: beyond it for four periods, the sensor is at fault. 0: not checked.
+    pub force_sensor_disagreement: f64,
 }
 
 /// The law and its gains.
@@ -443,6 +446,11 @@ impl ControlNumbers {
         let all = |numbers: &[f64], good: fn(T) -> bool| numbers.iter().all(|n| good(lit(*n)));
         let usable = |numbers: &[f64]| all(numbers, |n| n.is_finite() && n >= T::zero());
         let above = |numbers: &[f64]| all(numbers, |n| n.is_finite() && n > T::zero());
+        let force_sensor = [
+            self.force_sensor_moment,
+            self.force_sensor_force,
+            self.force_sensor_disagreement,
+        ];
         let external = [self.material_stiffness, self.tuned_stiffness];
         let scheme = match self.scheme {
             1 => Scheme::Parallel,
@@ -460,7 +468,7 @@ impl ControlNumbers {
             (scheme != Scheme::External || above(&external), "stiffness"),
             (above(&self.lateral.numbers()), "lateral"),
             (above(&self.orientation.numbers()), "orientation"),
-            (usable(&[self.force_sensor_moment, self.force_sensor_force]), "force sensor"),
+            (usable(&force_sensor), "force sensor"),
         ];
         match checks.iter().find(|(good, _)| !good) {
             Some((_, key)) => Err(ConfigurationError::Control(key)),
@@ -502,15 +510,19 @@ impl ControlNumbers {
         }
     }
 
-    pub(crate) fn force_range<T: Real>(&self) -> ForceRange<T> {
-        ForceRange { moment: lit(self.force_sensor_moment), force: lit(self.force_sensor_force) }
+    pub(crate) fn force_sensor_limits<T: Real>(&self) -> ForceSensorLimits<T> {
+        ForceSensorLimits {
+            moment: lit(self.force_sensor_moment),
+            force: lit(self.force_sensor_force),
+            disagreement: lit(self.force_sensor_disagreement),
+        }
     }
 
     fn hash(&self, hash: &mut Hash) {
         let Self { scheme, reserved: _, period, position_kp, position_ki, position_kd, .. } = self;
         let Self { force_kp, force_ki, force_kd, force_max_correction, force_max_rate, .. } = self;
         let Self { material_stiffness, tuned_stiffness, lateral, orientation, .. } = self;
-        let Self { force_sensor_moment, force_sensor_force, .. } = self;
+        let Self { force_sensor_moment, force_sensor_force, force_sensor_disagreement, .. } = self;
         hash.integer(*scheme);
         hash.numbers(&[*period]);
         hash.numbers(position_kp);
@@ -520,7 +532,7 @@ impl ControlNumbers {
         hash.numbers(&[*material_stiffness, *tuned_stiffness]);
         hash.numbers(&lateral.numbers());
         hash.numbers(&orientation.numbers());
-        hash.numbers(&[*force_sensor_moment, *force_sensor_force]);
+        hash.numbers(&[*force_sensor_moment, *force_sensor_force, *force_sensor_disagreement]);
     }
 }
 

@@ -89,7 +89,7 @@ impl<T: Real, L: Compensator<T>> RunningCore<T, L> {
         Ok(Self {
             robot,
             controller: Compensated::new(hybrid, built, lateral, orientation, period)
-                .with_force_range(control.force_range()),
+                .with_force_sensor_limits(control.force_sensor_limits()),
             digest,
         })
     }

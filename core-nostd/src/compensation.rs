@@ -17,7 +17,7 @@
 //! so that an error of geometry, zeros or stiffness enters with what load and way add to it.
 
 use crate::control::{
-    Command, ForceRange, ForceSensorCheck, HybridController, SensorReadings, Setpoint,
+    Command, ForceSensorLimits, ForceSensorCheck, HybridController, SensorReadings, Setpoint,
 };
 use crate::error::Fault;
 use crate::robot::Robot;
@@ -297,16 +297,16 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
             law,
             lateral: CorrectionLoop::new(lateral, period),
             orientation: CorrectionLoop::new(orientation, period),
-            force_sensor: ForceSensorCheck::new(ForceRange::unknown()),
+            force_sensor: ForceSensorCheck::new(ForceSensorLimits::unknown()),
             path: None,
             taught: None,
         }
     }
 
-    /// With a force sensor of this range: a reading beyond it is a fault.
+    /// With a force sensor that can read this in order: what it cannot is a fault.
     #[inline(always)]
-    pub fn with_force_range(self, range: ForceRange<T>) -> Self {
-        Self { force_sensor: ForceSensorCheck::new(range), ..self }
+    pub fn with_force_sensor_limits(self, limits: ForceSensorLimits<T>) -> Self {
+        Self { force_sensor: ForceSensorCheck::new(limits), ..self }
     }
 
     /// Starts from rest with nothing corrected: the drives hold `torque` at `encoder` angles.
@@ -327,15 +327,15 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
     }
 
     /// One period. The law acts while the force loop is closed; before that its correction stays as
-    /// it is. A force sensor that is stuck or beyond its range ([`ForceSensorCheck`]) is a fault for law
-    /// and controller alike; a nominal pose that is none and a path that cannot be are faults of the
+    /// it is. A force sensor that is stuck, beyond its range or contradicted by the drives
+    /// ([`ForceSensorCheck`]) is a fault for law and controller alike; a nominal pose that is none and a path that cannot be are faults of the
     /// law.
     ///
     /// Returns the controller's command, with the law's fault if the controller had none.
     pub fn cycle(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Command<T> {
         let Observation { setpoint, sensed, .. } = *observation;
-        let sensed =
-            &SensorReadings { wrench: self.force_sensor.checked(&sensed.wrench), ..*sensed };
+        let wrench = self.force_sensor.checked(robot, setpoint, sensed);
+        let sensed = &SensorReadings { wrench, ..*sensed };
         let followable = self.is_followable(robot, observation);
         let mut law_fault = None;
         let mut held = false;

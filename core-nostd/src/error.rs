@@ -51,8 +51,8 @@ pub enum Fault {
     /// Encoder of this joint (0 = A1) is NaN or infinite, or jumped by more than the joint can move
     /// in one period.
     Encoder(usize),
-    /// The force sensor gave NaN or infinity in any of its six channels, is stuck, or is beyond its
-    /// range.
+    /// The force sensor gave NaN or infinity in any of its six channels, is stuck, is beyond its
+    /// range, or the drives bear another push.
     Force,
     /// The set-point is NaN or infinite, its axes are no rotation, or it is so large that the joint
     /// error it asks for is infinite.

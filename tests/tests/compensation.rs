@@ -8,7 +8,7 @@ use trueweld_core::compensation::{
     Compensated, Compensator, CorrectionLoop, DeviationMeasurement, LoopLimits, Observation,
 };
 use trueweld_core::control::{
-    External, ForceRange, HybridController, Parallel, STUCK, SensorReadings, Setpoint,
+    External, ForceSensorLimits, HybridController, Parallel, STUCK, SensorReadings, Setpoint,
 };
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{Fault, JOINTS, JointVector, Pose, Robot, Twist, Wrench};
@@ -423,7 +423,7 @@ fn a_force_sensor_that_stands_still_is_not_believed() {
 
 #[test]
 fn a_reading_that_the_force_sensor_cannot_give_moves_nothing() {
-    let range = ForceRange { force: 30e3, moment: 3e3 };
+    let range = ForceSensorLimits { force: 30e3, moment: 3e3, disagreement: 0.0 };
     let q = on_the_weld(0.0);
     let (setpoint, live) =
         (setpoint_at(&KR500, &q, Some(18e3)), sensed_at(&KR500, &q, &weld_wrench()));
@@ -431,7 +431,7 @@ fn a_reading_that_the_force_sensor_cannot_give_moves_nothing() {
     for (channel, value) in [(4, 30e3), (4, 1e6), (5, -1e30), (3, f64::MAX), (0, 3e3), (2, -1e9)] {
         let external = External::new(joint_gains(), external_gains(), PERIOD);
         let mut robot = Compensated::new(external, elastostatic(4.0), LATERAL, ORIENTATION, PERIOD)
-            .with_force_range(range);
+            .with_force_sensor_limits(range);
         robot.start(&KR500, &q, &weight(&KR500, &q));
         for k in 0..200 {
             let mut sensed = trembling(&live, k);

@@ -7,10 +7,23 @@
 //! any faulty sensor. A force loop on a stuck reading would press the tool in up to its limits, and a
 //! law on a single wrong one moves it by millimetres.
 //!
+//! A sensor whose noise goes on while its signal is lost is found by the drives: what they bear
+//! beyond weight and measured load is a push that the sensor does not show. Along the depth axis n,
+//! at rest, by least squares with each joint's torque over its rating m,
+//!
+//! ```text
+//! δ = Σ t_i r_i / m_i² / Σ t_i² / m_i²,   t = Jᵀ n,   r = Γ − (g − τ_cb − Jᵀ w)
+//! ```
+//!
+//! Friction and acceleration, which are left out, payload, counterbalance and the drives' torque
+//! constants make |δ| a few kN on a heavy robot that welds: only a sensor that is grossly wrong
+//! shows.
+//!
 //! Requires noise above the sensor's resolution while the force loop is closed: with the tool free
 //! and at rest, a coarse sensor repeats its reading too. Not detected: a reading that is wrong but
-//! still noisy and within the range.
+//! still noisy, within the range, and near what the drives bear.
 
+use super::position_loop::push_torque;
 use super::{SensorReadings, Setpoint};
 use crate::error::Fault;
 use crate::robot::Robot;
@@ -18,8 +31,9 @@ use crate::scalar::{JOINTS, JointVector, Real, lit};
 use crate::spatial::Wrench;
 use nalgebra::Vector3;
 
-/// Number of equal readings in a row from which on a sensor counts as stuck: in four periods of
-/// 12 ms the external force loop moves the depth by half a millimetre at most.
+/// Number of periods in a row from which on a sensor that repeats itself counts as stuck, and one
+/// that the drives contradict as wrong: in four periods of 12 ms the external force loop moves the
+/// depth by half a millimetre at most.
 pub const STUCK: u8 = 4;
 
 /// Counts equal readings in a row.
@@ -52,19 +66,21 @@ impl<V: PartialEq> Default for RepeatCounter<V> {
     }
 }
 
-/// Largest reading of each channel of a force sensor. 0: not known, and not checked.
+/// What a force sensor that is in order can read. 0: not known, and not checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ForceRange<T: Real> {
-    /// Of a moment, N·m.
+pub struct ForceSensorLimits<T: Real> {
+    /// Largest moment of each channel, N·m.
     pub moment: T,
-    /// Of a force, N.
+    /// Largest force of each channel, N.
     pub force: T,
+    /// Largest difference between the push that it shows and the push that the drives bear, N.
+    pub disagreement: T,
 }
 
-impl<T: Real> ForceRange<T> {
+impl<T: Real> ForceSensorLimits<T> {
     /// Not known.
     pub fn unknown() -> Self {
-        Self { moment: T::zero(), force: T::zero() }
+        Self { moment: T::zero(), force: T::zero(), disagreement: T::zero() }
     }
 
     /// True where every channel is within its range; at its end the sensor is saturated.
@@ -76,33 +92,74 @@ impl<T: Real> ForceRange<T> {
     }
 }
 
-/// Replaces the readings of a force sensor that is stuck or beyond its range by NaN.
+/// Replaces the readings of a force sensor that is stuck, beyond its range or contradicted by the
+/// drives by NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceSensorCheck<T: Real> {
     repeated: RepeatCounter<Wrench<T>>,
-    range: ForceRange<T>,
+    limits: ForceSensorLimits<T>,
+    /// Periods in a row in which the drives bore another push.
+    contradicted: u8,
 }
 
 impl<T: Real> ForceSensorCheck<T> {
     /// Nothing read yet.
-    pub fn new(range: ForceRange<T>) -> Self {
-        Self { repeated: RepeatCounter::new(), range }
+    pub fn new(limits: ForceSensorLimits<T>) -> Self {
+        Self { repeated: RepeatCounter::new(), limits, contradicted: 0 }
     }
 
     /// Forgets what was read.
     pub fn reset(&mut self) {
-        self.repeated = RepeatCounter::new();
+        *self = Self::new(self.limits);
     }
 
     /// Takes the reading of this period and returns it. Or NaN: from the [`STUCK`]th equal reading
-    /// on, until one differs in any channel; and for a reading beyond the range.
-    pub fn checked(&mut self, wrench: &Wrench<T>) -> Wrench<T> {
-        if self.repeated.count(*wrench) < STUCK && self.range.holds(wrench) {
-            return *wrench;
+    /// on, until one differs in any channel; for a reading beyond the range; and from the
+    /// [`STUCK`]th period on in which the drives bear another push, until they agree. Drives are
+    /// asked while a push is asked for and their torque is known: not NaN, and not zero in every
+    /// joint.
+    pub fn checked(
+        &mut self,
+        robot: &Robot<T>,
+        setpoint: &Setpoint<T>,
+        sensed: &SensorReadings<T>,
+    ) -> Wrench<T> {
+        let wrench = sensed.wrench;
+        let contradicted = setpoint.force.is_some()
+            && self.limits.disagreement > T::zero()
+            && unseen_push(robot, setpoint, sensed).abs() > self.limits.disagreement;
+        self.contradicted = if contradicted { self.contradicted.saturating_add(1) } else { 0 };
+        let repeated = self.repeated.count(wrench);
+        if repeated < STUCK && self.contradicted < STUCK && self.limits.holds(&wrench) {
+            return wrench;
         }
         let nan = Vector3::repeat(lit(f64::NAN));
         Wrench { moment: nan, force: nan }
     }
+}
+
+/// Push along z of W that the drives bear and the force sensor does not show, δ of the
+/// [module](self) text, N. NaN where a reading is; 0 where no torque is known.
+fn unseen_push<T: Real>(
+    robot: &Robot<T>,
+    setpoint: &Setpoint<T>,
+    sensed: &SensorReadings<T>,
+) -> T {
+    if sensed.motor_torque == JointVector::zeros() {
+        return T::zero();
+    }
+    let frames = robot.frames(&sensed.encoder);
+    let shown = sensed.wrench.rotated(&frames.tcp.rotation);
+    let of_push = push_torque(&frames, &setpoint.depth_axis(), T::one());
+    let unexplained =
+        sensed.motor_torque - robot.spring_torque_at_rest(&frames, &sensed.encoder, &shown);
+    let (mut along, mut square) = (T::zero(), T::zero());
+    for (i, joint) in robot.parameters().joints.iter().enumerate() {
+        let (t, r) = (of_push[i] / joint.max_torque, unexplained[i] / joint.max_torque);
+        along += t * r;
+        square += t * t;
+    }
+    along / square
 }
 
 /// Checks encoders and set-point from period to period.

@@ -57,7 +57,7 @@ pub fn knowledge(inputs: &Inputs) -> Knowledge {
         seam: Seam::of(&inputs.weld),
         process: inputs.planned.clone(),
         sensor: inputs.sensors.seam.clone(),
-        force_range: inputs.sensors.force.range,
+        force_sensor_limits: inputs.sensors.force.limits,
     }
 }
 

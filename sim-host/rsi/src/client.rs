@@ -14,7 +14,7 @@ use std::net::{IpAddr, SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 use trueweld_core::compensation::{Compensated, Compensator, DeviationMeasurement, Observation};
 use trueweld_core::control::{
-    Command, ForceRange, HybridController, InputCheck, Limited, SensorReadings, Setpoint,
+    Command, ForceSensorLimits, HybridController, InputCheck, Limited, SensorReadings, Setpoint,
 };
 use trueweld_core::monitor::{HealthMonitor, HealthSignals};
 use trueweld_core::{Fault, JointVector, Robot, Twist, Wrench};
@@ -40,8 +40,8 @@ pub struct Knowledge {
     pub process: Process,
     /// The seam sensor that the packets' readings are of.
     pub sensor: Option<SeamSensor>,
-    /// What the force sensor can measure.
-    pub force_range: ForceRange<f64>,
+    /// What a force sensor that is in order can read.
+    pub force_sensor_limits: ForceSensorLimits<f64>,
 }
 
 /// A law at the end of a line: answers packets with its correction.
@@ -146,7 +146,7 @@ impl<'a> Client<'a> {
         orientation.size = orientation.size.min(authority_deg.to_radians());
         let period = control.period;
         let law = Compensated::new(NoDrives, law, lateral, orientation, period)
-            .with_force_range(knowledge.force_range);
+            .with_force_sensor_limits(knowledge.force_sensor_limits);
         Self {
             knowledge,
             law,

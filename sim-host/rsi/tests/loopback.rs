@@ -89,7 +89,7 @@ impl Files {
             seam: Seam::of(&self.of.weld),
             process: self.of.process.clone(),
             sensor: self.of.sensors.seam.clone(),
-            force_range: self.of.sensors.force.range,
+            force_sensor_limits: self.of.sensors.force.limits,
         };
         Client::new(knowledge, &self.of.control, law, authority, silence)
     }
@@ -586,7 +586,7 @@ fn a_wrong_time_stamp_is_passed_over_and_a_controller_that_started_again_is_answ
 #[test]
 fn encoders_that_jump_and_a_wrench_beyond_the_sensors_range_are_faults_and_the_correction_holds() {
     let files = Files::new("elastostatic", 0.012, 0.5);
-    let range = files.of.sensors.force.range.force;
+    let range = files.of.sensors.force.limits.force;
     let mut law = files.law();
     let (mut client, last) = welding(&files, law.as_mut(), 400);
     let mut jumped = packet(&files, 400, 0.048);

@@ -137,6 +137,7 @@ pub static QUANTITIES: &[Quantity] = &[
     row("resolution_n", [0.0, 1e5], [0.0, 100.0], "step of a force"),
     row("range_n", [0.0, 1e7], [0.0, 1e6], "largest force that the force sensor reads"),
     row("range_nm", [0.0, 1e7], [0.0, 1e5], "largest moment that the force sensor reads"),
+    row("disagreement_n", [0.0, 1e7], [0.0, 1e5], "push by which drives may contradict the force sensor"),
     row("ahead_m", [0.0, 1.0], [0.0, 0.3], "how far ahead the seam sensor looks"),
     row("noise_m", [1e-9, 0.1], [1e-7, 5e-3], "noise of the seam sensor across the seam"),
     row("tilt_noise_rad", [1e-9, 0.1], [1e-6, 0.02], "noise of the seam sensor in tilt"),

@@ -1,7 +1,7 @@
 //! What the controller's sensors add to the truth: `sensors/1`.
 
 use super::{FileKind, InputError, InputFile, Table};
-use trueweld_core::control::ForceRange;
+use trueweld_core::control::ForceSensorLimits;
 
 /// The sensors of one cell.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,8 +65,8 @@ pub struct ForceSensor {
     pub delay: f64,
     /// Step of a force reading, N. 0: ideal.
     pub resolution: f64,
-    /// Largest reading of each channel, where the sensor is saturated.
-    pub range: ForceRange<f64>,
+    /// What it can read, and by how much the drives may contradict it.
+    pub limits: ForceSensorLimits<f64>,
     /// What a moment reads without load, axes of T, N·m. Forces: the effect `force-offset`.
     pub zero_moment: [f64; 3],
     /// Small rotation vector by which the sensor is mounted off, axes of T, rad.
@@ -88,7 +88,7 @@ fn of_seam<'s>(
 
 impl Sensors {
     /// Every number that a file states, by table and key.
-    pub const NUMBERS: [Numbers; 25] = [
+    pub const NUMBERS: [Numbers; 26] = [
         ("encoder.resolution_rad", |s| s.encoder_resolution.iter_mut().collect()),
         ("torque.noise_nm", |s| s.torque_noise.iter_mut().collect()),
         ("force.noise_n", |s| vec![&mut s.force.noise_force]),
@@ -96,8 +96,9 @@ impl Sensors {
         ("force.filter_hz", |s| vec![&mut s.force.filter]),
         ("force.delay_s", |s| vec![&mut s.force.delay]),
         ("force.resolution_n", |s| vec![&mut s.force.resolution]),
-        ("force.range_n", |s| vec![&mut s.force.range.force]),
-        ("force.range_nm", |s| vec![&mut s.force.range.moment]),
+        ("force.range_n", |s| vec![&mut s.force.limits.force]),
+        ("force.range_nm", |s| vec![&mut s.force.limits.moment]),
+        ("force.disagreement_n", |s| vec![&mut s.force.limits.disagreement]),
         ("force.zero_nm", |s| s.force.zero_moment.iter_mut().collect()),
         ("force.misalignment_rad", |s| s.force.misalignment.iter_mut().collect()),
         ("force.jitter_s", |s| vec![&mut s.force.jitter]),
@@ -134,6 +135,7 @@ impl InputFile for Sensors {
             "resolution_n",
             "range_n",
             "range_nm",
+            "disagreement_n",
             "zero_nm",
             "misalignment_rad",
             "jitter_s",
@@ -153,9 +155,10 @@ impl InputFile for Sensors {
                 filter: force.quantity("filter_hz")?,
                 delay: force.quantity("delay_s")?,
                 resolution: force.quantity("resolution_n")?,
-                range: ForceRange {
+                limits: ForceSensorLimits {
                     moment: optional(&force, "range_nm", 0.0)?,
                     force: optional(&force, "range_n", 0.0)?,
+                    disagreement: optional(&force, "disagreement_n", 0.0)?,
                 },
                 zero_moment: errors(&force, "zero_nm")?,
                 misalignment: errors(&force, "misalignment_rad")?,

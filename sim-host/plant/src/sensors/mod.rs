@@ -124,11 +124,11 @@ impl Instruments {
         let wrench = Wrench {
             force: truth.force.map(|v| {
                 let read = stepped(noisy(v, force.noise_force), force.resolution);
-                saturated(read, force.range.force)
+                saturated(read, force.limits.force)
             }),
             moment: (truth.moment.map(|v| noisy(v, force.noise_moment))
                 + Vector3::from(force.zero_moment))
-            .map(|v| saturated(v, force.range.moment)),
+            .map(|v| saturated(v, force.limits.moment)),
         };
         SensorReadings {
             encoder,

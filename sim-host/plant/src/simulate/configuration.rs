@@ -87,8 +87,9 @@ impl Scenario<'_> {
             tuned_stiffness: force.tuned_stiffness,
             lateral: LimitNumbers::of(&control.compensation.lateral),
             orientation: LimitNumbers::of(&control.compensation.orientation),
-            force_sensor_moment: self.sensors.force.range.moment,
-            force_sensor_force: self.sensors.force.range.force,
+            force_sensor_moment: self.sensors.force.limits.moment,
+            force_sensor_force: self.sensors.force.limits.force,
+            force_sensor_disagreement: self.sensors.force.limits.disagreement,
         }
     }
 

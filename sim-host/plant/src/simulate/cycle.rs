@@ -130,7 +130,7 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
         let steps = scenario.plant_steps();
         let mut controller =
             Compensated::new(hybrid, law, limits.lateral, limits.orientation, period)
-                .with_force_range(sensors.force.range);
+                .with_force_sensor_limits(sensors.force.limits);
         controller.start(controller_model, motor, torque);
         Self {
             plant,

@@ -76,7 +76,7 @@ fn a_core_built_from_the_constants_commands_what_the_simulation_does() {
             limits.orientation,
             scenario.control.period,
         )
-        .with_force_range(scenario.sensors.force.range);
+        .with_force_sensor_limits(scenario.sensors.force.limits);
         simulated.start(scenario.controller_model, &angles, &torque);
         core.start(&angles, &torque);
         for k in 0..50 {
