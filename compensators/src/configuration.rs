@@ -446,11 +446,8 @@ impl ControlNumbers {
         let all = |numbers: &[f64], good: fn(T) -> bool| numbers.iter().all(|n| good(lit(*n)));
         let usable = |numbers: &[f64]| all(numbers, |n| n.is_finite() && n >= T::zero());
         let above = |numbers: &[f64]| all(numbers, |n| n.is_finite() && n > T::zero());
-        let force_sensor = [
-            self.force_sensor_moment,
-            self.force_sensor_force,
-            self.force_sensor_disagreement,
-        ];
+        let force_sensor =
+            [self.force_sensor_moment, self.force_sensor_force, self.force_sensor_disagreement];
         let external = [self.material_stiffness, self.tuned_stiffness];
         let scheme = match self.scheme {
             1 => Scheme::Parallel,

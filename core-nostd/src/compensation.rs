@@ -17,7 +17,7 @@
 //! so that an error of geometry, zeros or stiffness enters with what load and way add to it.
 
 use crate::control::{
-    Command, ForceSensorLimits, ForceSensorCheck, HybridController, SensorReadings, Setpoint,
+    Command, ForceSensorCheck, ForceSensorLimits, HybridController, SensorReadings, Setpoint,
 };
 use crate::error::Fault;
 use crate::robot::Robot;

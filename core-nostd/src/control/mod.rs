@@ -22,7 +22,7 @@ pub use parallel::{Branches, ForceGains, Parallel};
 pub use position_loop::JointGains;
 pub use spindle::{LONGEST_DELAY, SpindleFilter};
 pub use superposed::Superposed;
-pub use watch::{ForceSensorLimits, ForceSensorCheck, InputCheck, RepeatCounter, STUCK};
+pub use watch::{ForceSensorCheck, ForceSensorLimits, InputCheck, RepeatCounter, STUCK};
 
 use crate::error::Fault;
 use crate::robot::Robot;

@@ -140,11 +140,7 @@ impl<T: Real> ForceSensorCheck<T> {
 
 /// Push along z of W that the drives bear and the force sensor does not show, δ of the
 /// [module](self) text, N. NaN where a reading is; 0 where no torque is known.
-fn unseen_push<T: Real>(
-    robot: &Robot<T>,
-    setpoint: &Setpoint<T>,
-    sensed: &SensorReadings<T>,
-) -> T {
+fn unseen_push<T: Real>(robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &SensorReadings<T>) -> T {
     if sensed.motor_torque == JointVector::zeros() {
         return T::zero();
     }

@@ -341,7 +341,9 @@ fn verdict(bench: &FitProblem, null: &Fitted, chosen: &[Fitted]) -> Verdict {
     // Two effects together bend to much that neither is: they must come near.
     let partly = score < rules::TOO_FAR && left < rules::LEFT && chosen.len() < 2;
     let explained = partly || (near && most) || (at_floor(bench, &best.at) && (near || most));
-    if explained && !fits_anything(bench, best) {
+    // What lowers everything a little and leaves what stands out is not what stands there.
+    let [out, left_out] = [null, best].map(|fitted| rules::standing_out(bench, &fitted.at));
+    if explained && left_out <= rules::HALVED * out && !fits_anything(bench, best) {
         Verdict::EffectFound
     } else {
         Verdict::UnknownEffect

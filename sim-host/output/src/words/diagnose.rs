@@ -217,15 +217,6 @@ pub(crate) fn verdict(
             let far = if far { ", which is still far above the noise floor" } else { "" };
             format!("{}{far}.", found(diagnosis, best, robot))
         }
-        (Verdict::UnknownEffect, Some(best), _)
-            if best.held_out_after <= FLOOR && best.is_likely() =>
-        {
-            format!(
-                "{}, which is at the noise floor on the whole, but not everywhere: {}.",
-                found(diagnosis, best, robot),
-                follows()
-            )
-        }
         (_, _, calibrated) if is_cut_short(diagnosis) => {
             let calibrated =
                 calibrated.map_or(String::new(), |calibrated| format!(" {calibrated}."));
@@ -473,9 +464,11 @@ mod tests {
         assert!(adequate.starts_with(expected), "{adequate}");
         parts.diagnosis.score_before = 3.79;
         parts.diagnosis.verdict = Verdict::UnknownEffect;
+        // What leaves something that stands out is named as part of the answer, and not as the answer.
         let at_floor = parts.diagnosed().headline();
-        assert!(at_floor.starts_with("What is missing: backlash at A5"), "{at_floor}");
-        assert!(at_floor.contains("but not everywhere: it follows"), "{at_floor}");
+        let expected = "Something is missing that no effect here explains (score 3.79); it follows";
+        assert!(at_floor.starts_with(expected), "{at_floor}");
+        assert!(at_floor.contains("The best partial explanation, backlash at A5"), "{at_floor}");
         // So many explain it alike that none is named.
         let likely = std::mem::replace(&mut parts.diagnosis.candidates[0].probability, 0.08);
         parts.diagnosis.score_before = 0.986;
