@@ -12,12 +12,12 @@
 #define TRUEWELD_CELL_BYTES_F64 5376u
 
 /* SHA-256 of the configuration. */
-static const uint8_t trueweld_cell_digest[32] = {52, 101, 215, 64, 5, 133, 112, 178, 163, 35, 48, 165, 94, 70, 81, 225, 138, 210, 170, 36, 115, 56, 186, 217, 74, 143, 28, 73, 31, 56, 164, 10};
+static const uint8_t trueweld_cell_digest[32] = {103, 102, 151, 58, 67, 138, 245, 166, 29, 119, 132, 217, 160, 42, 185, 218, 96, 105, 28, 253, 119, 237, 186, 95, 20, 197, 53, 140, 192, 208, 188, 59};
 
 /* All that the controller's core is built from. */
 static const TrueweldConfiguration trueweld_cell = {
-    /* version */ 2,
-    /* bytes */ 2936,
+    /* version */ 3,
+    /* bytes */ 2944,
     /* robot */ {
         /* gravity */ {
             0.0,
@@ -446,6 +446,7 @@ static const TrueweldConfiguration trueweld_cell = {
         },
         /* force_sensor_moment */ 5000.0,
         /* force_sensor_force */ 30000.0,
+        /* force_sensor_disagreement */ 5000.0,
     },
     /* law */ {
         /* name */ "elastostatic",

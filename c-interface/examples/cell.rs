@@ -6,14 +6,14 @@ use trueweld_compensators::{
 };
 
 /// SHA-256 of the configuration.
-pub const DIGEST: [u8; 32] = [52, 101, 215, 64, 5, 133, 112, 178, 163, 35, 48, 165, 94, 70, 81, 225, 138, 210, 170, 36, 115, 56, 186, 217, 74, 143, 28, 73, 31, 56, 164, 10];
+pub const DIGEST: [u8; 32] = [103, 102, 151, 58, 67, 138, 245, 166, 29, 119, 132, 217, 160, 42, 185, 218, 96, 105, 28, 253, 119, 237, 186, 95, 20, 197, 53, 140, 192, 208, 188, 59];
 
 /// All that the controller's core is built from.
 // Some angle is a quarter turn.
 #[allow(clippy::approx_constant)]
 pub const CONFIGURATION: Configuration = Configuration {
-    version: 2,
-    bytes: 2936,
+    version: 3,
+    bytes: 2944,
     robot: RobotNumbers {
         gravity: [
             0.0,
@@ -442,6 +442,7 @@ pub const CONFIGURATION: Configuration = Configuration {
         },
         force_sensor_moment: 5000.0,
         force_sensor_force: 30000.0,
+        force_sensor_disagreement: 5000.0,
     },
     law: LawNumbers {
         name: Name::new("elastostatic"),

@@ -349,6 +349,11 @@ typedef struct {
    Largest force that the force sensor can measure, N, likewise.
    */
   double force_sensor_force;
+  /*
+   Largest difference between the push that the force sensor shows and the push that the drives
+   bear, N: beyond it for four periods, the sensor is at fault. 0: not checked.
+   */
+  double force_sensor_disagreement;
 } TrueweldControlNumbers;
 
 /*

@@ -19,8 +19,9 @@ use trueweld_core::{Fault, Real, Robot, Twist};
 /// Largest age of a measurement, periods.
 const REMEMBERED: usize = 32;
 
-/// A sensor that repeats a reading exactly so often is stuck: sensors have noise.
-const STUCK: u8 = 8;
+/// The second equal reading in a row is not used: sensors have noise. A live one whose steps are as
+/// coarse as its noise loses a few readings by it.
+const REPEATED: u8 = 2;
 
 /// h without depth, which is the force loop's.
 pub(crate) fn beside_depth<T: Real>(measurement: &DeviationMeasurement<T>) -> SVector<T, 6> {
@@ -35,13 +36,22 @@ pub(crate) struct DeviationHistory<T: Real> {
     period: T,
     /// E − x̂₀, newest last.
     past: Deque<Twist<T>, REMEMBERED>,
-    /// One counter for each direction that a sensor measures most.
-    same: [RepeatCounter<T>; 6],
+    /// What was read last in each direction that a sensor measures most.
+    read: [Readings<T>; 6],
+}
+
+/// Readings of one direction.
+#[derive(Debug, Clone, Copy)]
+struct Readings<T: Real> {
+    equal: RepeatCounter<T>,
+    /// True where the last innovation was clipped.
+    clipped: bool,
 }
 
 impl<T: Real> DeviationHistory<T> {
     pub fn new(period: T) -> Self {
-        Self { period, past: Deque::new(), same: [const { RepeatCounter::new() }; 6] }
+        let none = Readings { equal: RepeatCounter::new(), clipped: false };
+        Self { period, past: Deque::new(), read: [none; 6] }
     }
 
     pub fn reset(&mut self) {
@@ -71,14 +81,20 @@ impl<T: Real> DeviationHistory<T> {
     }
 
     /// h·(x − x̂₀) as measured, less the `expected` value, clipped at so many standard deviations of
-    /// the noise. `None` for a measurement that cannot be used: not finite, too old, or stuck.
+    /// the noise. `None` for a measurement that cannot be used: not finite, too old, a repetition, or
+    /// the first of its direction to be clipped: an outlier comes alone, and a sensor that stands at
+    /// the end of its range repeats itself.
     pub fn innovation(
         &mut self,
         measurement: &DeviationMeasurement<T>,
         expected: T,
         clipped: f64,
     ) -> Option<T> {
-        if !measurement.is_usable() || self.is_stuck(measurement) {
+        if !measurement.is_usable() {
+            return None;
+        }
+        let read = self.read.get_mut(direction(measurement))?;
+        if read.equal.count(measurement.deviation) >= REPEATED {
             return None;
         }
         let periods = measurement.age / self.period;
@@ -86,7 +102,9 @@ impl<T: Real> DeviationHistory<T> {
         let then = self.past.iter().rev().nth(back)?;
         let innovation = measurement.of(then) - measurement.deviation - expected;
         let most = measurement.noise * lit(clipped);
-        innovation.is_finite().then(|| innovation.max(-most).min(most))
+        let clipped_before = core::mem::replace(&mut read.clipped, innovation.abs() > most);
+        let usable = innovation.is_finite() && (clipped_before || !read.clipped);
+        usable.then(|| innovation.max(-most).min(most))
     }
 
     /// h without depth, and the innovation against an `expected` x − x̂₀. `None` as for
@@ -101,13 +119,43 @@ impl<T: Real> DeviationHistory<T> {
         let innovation = self.innovation(measurement, along.dot(expected), clipped)?;
         (along.norm_squared() > T::zero()).then_some((along, innovation))
     }
+}
 
-    fn is_stuck(&mut self, measurement: &DeviationMeasurement<T>) -> bool {
-        let along = measurement.along.to_vector();
-        // The direction measured most, with a radian counted as a metre.
-        let kind = along.iter().enumerate().fold((0, T::zero()), |(k, most), (i, a)| {
-            if a.abs() > most { (i, a.abs()) } else { (k, most) }
-        });
-        self.same.get_mut(kind.0).is_some_and(|same| same.count(measurement.deviation) >= STUCK)
+/// The direction that is measured most, with a radian counted as a metre.
+fn direction<T: Real>(measurement: &DeviationMeasurement<T>) -> usize {
+    let along = measurement.along.to_vector();
+    let most = along.iter().enumerate().fold((0, T::zero()), |(k, most), (i, a)| {
+        if a.abs() > most { (i, a.abs()) } else { (k, most) }
+    });
+    most.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What of these readings across the seam a law gets, with no encoder displaced.
+    fn used<const N: usize>(readings: [f64; N]) -> [Option<f64>; N] {
+        let mut history = DeviationHistory::<f64>::new(0.012);
+        history.past.push_back(Twist::zero()).expect("room");
+        let along = Twist { linear: nalgebra::Vector3::y(), ..Twist::zero() };
+        let read = |deviation| {
+            let noise = 1e-4;
+            let measurement =
+                DeviationMeasurement { deviation, along, noise, age: 0.0, ahead: 0.0 };
+            history.innovation(&measurement, 0.0, 10.0)
+        };
+        readings.map(read)
+    }
+
+    #[test]
+    fn outliers_repetitions_and_the_end_of_the_range_move_nothing() {
+        assert_eq!(used([1e-4, -2e-4, -2e-4, 1e-4]), [Some(-1e-4), Some(2e-4), None, Some(-1e-4)]);
+        assert_eq!(
+            used([1e-4, 0.01, 0.01, 0.01, 2e-4]),
+            [Some(-1e-4), None, None, None, Some(-2e-4)]
+        );
+        // Two that differ are no outlier: the tool is far off, and comes back by clipped steps.
+        assert_eq!(used([0.01, 0.011, 0.012]), [None, Some(-1e-3), Some(-1e-3)]);
     }
 }

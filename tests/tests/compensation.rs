@@ -450,6 +450,51 @@ fn a_reading_that_the_force_sensor_cannot_give_moves_nothing() {
 }
 
 #[test]
+fn a_force_sensor_that_the_drives_contradict_is_not_believed_until_they_agree() {
+    let limits = ForceSensorLimits { disagreement: 5e3, ..ForceSensorLimits::unknown() };
+    let q = on_the_weld(0.0);
+    let setpoint = setpoint_at(&KR500, &q, Some(18e3));
+    let load = weld_wrench();
+    let frames = KR500.frames(&q);
+    let borne = KR500.spring_torque_at_rest(&frames, &q, &load.rotated(&frames.tcp.rotation));
+    // The sensor shows noise alone in some periods, and in others the push and noise.
+    let shown = |k: usize, alive: bool| {
+        let noise = 25.0 * ((k * 7 % 13) as f64 - 6.0) / 6.0;
+        let mut wrench = if alive { load } else { Wrench::zero() };
+        wrench.force.add_scalar_mut(noise);
+        wrench
+    };
+    let faults = |torque: JointVector<f64>, dead: core::ops::Range<usize>| {
+        let external = External::new(joint_gains(), external_gains(), PERIOD);
+        let mut robot = Compensated::new(external, elastostatic(4.0), LATERAL, ORIENTATION, PERIOD)
+            .with_force_sensor_limits(limits);
+        robot.start(&KR500, &q, &weight(&KR500, &q));
+        let mut faults = Vec::new();
+        for k in 0..300 {
+            let wrench = shown(k, !dead.contains(&k));
+            let sensed = SensorReadings { motor_torque: torque, ..sensed_at(&KR500, &q, &wrench) };
+            let observation = Observation::of_robot(&setpoint, &setpoint.pose, &sensed);
+            let before = robot.correction();
+            if robot.cycle(&KR500, &observation).fault == Some(Fault::Force) {
+                assert_eq!(robot.correction(), before, "period {k}");
+                faults.push(k);
+            }
+        }
+        faults
+    };
+    let late = 100 + usize::from(STUCK) - 1;
+    assert_eq!(faults(borne, 100..200), (late..200).collect::<Vec<_>>());
+    // Drives that are 20 % off, and those whose torque nobody knows, contradict nothing.
+    let none: Vec<usize> = Vec::new();
+    assert_eq!(faults(borne * 1.2, 0..0), none);
+    assert_eq!(faults(JointVector::zeros(), 100..200), none);
+    assert_eq!(faults(JointVector::repeat(f64::NAN), 100..200), none);
+    // A push that is read and not borne is none either.
+    let idle = KR500.spring_torque_at_rest(&frames, &q, &Wrench::zero());
+    assert_eq!(faults(idle, 0..0), (late - 100..300).collect::<Vec<_>>());
+}
+
+#[test]
 fn a_path_that_is_wrong_for_a_period_is_a_fault_and_soon_over_under_every_law() {
     // What is no number; and faster than the arm can move from where the path was, 12 mm.
     let beyond = 0.012 + 1.01 * KR500.largest_tool_speed() * PERIOD;

@@ -17,7 +17,7 @@
 //!
 //! Needs: deviation measurements. Not observable: depth, and directions that the sensor does not
 //! measure, such as the travel angle; there the inner law acts alone. A yaw that the inner law does
-//! not know of shows as an offset of look-ahead × yaw. Without readings b is held; stuck and
+//! not know of shows as an offset of look-ahead × yaw. Without readings b is held; repeated and
 //! impossible readings are ignored. Tuning: λ above the rate at which loads change while the feed
 //! rises, and below some 5 rad/s, from where the plastic channel behind the tool makes the loop
 //! oscillate; noise z passes as z √(λT/2).

@@ -617,12 +617,6 @@ fn requirements(place: &Workspace, lateral_rms: &str) {
             Some(String::new())
         }
         "failure_probability" => Some("failure_probability = 0.5\n".to_owned()),
-        // Nothing reports noise about zero yet; what it does is run and told.
-        "fault" if line.contains("seam-offset") => Some(
-            "fault = \"force-noise\"\nfigures = [\"undetected_of_limit\"]\nreason = \"not reported\"\n\n\
-             [[faults.not_required]]\nfault = \"seam-offset\"\n"
-                .to_owned(),
-        ),
         _ => None,
     });
 }
