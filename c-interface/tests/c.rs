@@ -197,11 +197,14 @@ fn weld<T: Real + Into<f64>, L: Law<T>>(mut core: RunningCore<T, L::Built>, weld
         };
         let ripple = 50.0 * ((k % 5) as f64 - 2.0) + 0.01 * k as f64;
         let force: [f64; 3] = [1e3, -4e3, -18e3 + ripple];
+        let wrench = Wrench { moment: Vector3::zeros(), force: Vector3::from(force.map(lit::<T>)) };
+        let frames = robot.frames(&encoder);
+        let load = wrench.rotated(&frames.tcp.rotation);
         let mut sensed = SensorReadings {
             encoder,
             encoder_rate: (encoder - before) / lit::<T>(0.012),
-            motor_torque: torque,
-            wrench: Wrench { moment: Vector3::zeros(), force: Vector3::from(force.map(lit::<T>)) },
+            motor_torque: robot.spring_torque_at_rest(&frames, &encoder, &load),
+            wrench,
         };
         let across = Twist { angular: Vector3::z() * lit::<T>(0.02), linear: Vector3::y() };
         let tilted = Twist { angular: Vector3::x(), linear: Vector3::zeros() };

@@ -88,14 +88,19 @@ fn a_core_built_from_the_constants_commands_what_the_simulation_does() {
                 spindle_speed: scenario.planned.spindle,
             };
             let push = -18e3 + 50.0 * f64::from(k % 5);
+            let wrench = Wrench { moment: Vector3::zeros(), force: Vector3::new(0.0, -4e3, push) };
+            let robot = scenario.controller_model;
+            let frames = robot.frames(&angles);
+            let load = wrench.rotated(&frames.tcp.rotation);
             let sensed = SensorReadings {
                 encoder: angles,
                 encoder_rate: JointVector::zeros(),
-                motor_torque: torque,
-                wrench: Wrench { moment: Vector3::zeros(), force: Vector3::new(0.0, -4e3, push) },
+                motor_torque: robot.spring_torque_at_rest(&frames, &angles, &load),
+                wrench,
             };
             let observation = Observation::of_robot(&setpoint, &nominal, &sensed);
             let expected = simulated.cycle(scenario.controller_model, &observation);
+            assert_eq!(expected.fault, None, "period {k}");
             // The same arithmetic, to the last bit.
             assert_eq!(core.cycle(&observation), expected, "period {k}");
             assert_eq!(core.correction(), simulated.correction(), "period {k}");
