@@ -50,11 +50,23 @@ embedded! {
     Requirements: "requirements/lap-weld.toml";
 }
 
-/// Name and text of the second published weld.
-const INCLINED: [&str; 2] = [
-    "embedded welds/inclined.toml",
-    include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/welds/inclined.toml")),
-];
+macro_rules! published {
+    ($name:literal) => {
+        [
+            $name,
+            concat!("embedded welds/published-", $name, ".toml"),
+            include_str!(concat!(
+                env!("CARGO_MANIFEST_DIR"),
+                "/../../fixtures/welds/published-",
+                $name,
+                ".toml"
+            )),
+        ]
+    };
+}
+
+/// Name, file and text of the welds as they were published.
+const PUBLISHED: [[&str; 3]; 2] = [published!("vertical"), published!("inclined")];
 
 /// Reads a file, or the embedded one where none is given, and adds its digest to `files`.
 pub fn read<T: Embedded>(path: Option<&Path>, files: &mut Vec<FileDigest>) -> Result<T> {
@@ -205,12 +217,15 @@ impl CellFiles {
         self.with_weld(weld, [file, name], files)
     }
 
-    /// The second published weld in this cell.
-    pub fn read_inclined(&self) -> Result<Inputs> {
-        let [name, text] = INCLINED;
-        let digest = FileDigest::new(Weld::KIND.name(), name, text.as_bytes());
-        let named = [name, "inclined"].map(str::to_owned);
-        self.with_weld(Weld::parse(text, name)?, named, vec![digest])
+    /// Both welds as they were published, in this cell.
+    pub fn read_published(&self) -> Result<[Inputs; 2]> {
+        let read = |[name, file, text]: [&str; 3]| {
+            let digest = FileDigest::new(Weld::KIND.name(), file, text.as_bytes());
+            let named = [file, name].map(str::to_owned);
+            self.with_weld(Weld::parse(text, file)?, named, vec![digest])
+        };
+        let [vertical, inclined] = PUBLISHED;
+        Ok([read(vertical)?, read(inclined)?])
     }
 
     /// The cell with a weld, which was read from `file` and has a name.

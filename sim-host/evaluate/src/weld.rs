@@ -49,6 +49,11 @@ pub struct ForceFigures {
     pub envelope: f64,
     /// Root mean square of real push less the push asked for, N.
     pub error_rms: f64,
+    /// The same of the push that the force sensor reads: what the force loop makes of it.
+    pub measured_error_rms: f64,
+    /// Mean of the push that the force sensor reads less the mean of the real push, N: what is wrong
+    /// with the sensor.
+    pub reading_error: f64,
 }
 
 /// Parts of a weld beside the steady one, by their names in requirements: at the start, under
@@ -322,7 +327,7 @@ impl AskedWeld {
 
 /// Figures of a weld that requirements may limit: of the steady part and of the whole run, then with
 /// the name of the phase before a dot those of [`PHASES`].
-pub static WELD_FIGURES: [FigureOf<WeldFigures>; 35] = [
+pub static WELD_FIGURES: [FigureOf<WeldFigures>; 37] = [
     FigureOf::new("lateral_rms_m", "lateral, RMS", "m", |f| f.lateral.rms),
     FigureOf::new("lateral_max_m", "lateral, largest", "m", |f| f.lateral.max_abs),
     FigureOf::new("longitudinal_max_m", "along the seam, largest", "m", |f| f.longitudinal.max_abs),
@@ -342,6 +347,13 @@ pub static WELD_FIGURES: [FigureOf<WeldFigures>; 35] = [
     }),
     FigureOf::new("push_error_rms_n", "push, RMS of its error", "N", |f| f.force.error_rms),
     FigureOf::new("push_error_mean_n", "push, error of its mean", "N", |f| f.judged[PUSH].off()),
+    // Of the loop by what it reads, and of the instrument: a loop holds what its sensor shows.
+    FigureOf::new("measured_push_error_rms_n", "push as measured, RMS of its error", "N", |f| {
+        f.force.measured_error_rms
+    }),
+    FigureOf::new("push_reading_error_n", "force sensor, error of the mean push", "N", |f| {
+        f.force.reading_error.abs()
+    }),
     FigureOf::new("speed_error_share", "speed, error of its mean", "1", |f| {
         f.judged[SPEED].off() / f.judged[SPEED].expected
     }),
@@ -424,12 +436,15 @@ impl WeldFigures {
             return None;
         }
         let spread = |f: fn(&RecordRow) -> f64| Spread::of(steady.iter().map(|r| f(r)));
-        let push = |r: &RecordRow| -r.force_w.z;
+        let push: fn(&RecordRow) -> f64 = |r| -r.force_w.z;
         let (low, high) = steady
             .iter()
             .map(|r| push(r))
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-        let error = Spread::of(steady.iter().map(|r| push(r) - r.force_desired.unwrap_or(0.0)));
+        let error_of = |push: fn(&RecordRow) -> f64| {
+            Spread::of(steady.iter().map(|r| push(r) - r.force_desired.unwrap_or(0.0)))
+        };
+        let (error, measured) = (error_of(push), error_of(|r| -r.force_sensed_w.z));
         let (mut by_joint, mut uncorrected) = (JointVector::zeros(), 0.0);
         for row in &steady {
             let lateral = row.deviation_w.linear.y - row.correction_w.linear.y;
@@ -451,7 +466,13 @@ impl WeldFigures {
             tilt,
             side_tilt: spread(|r| r.deviation_w.angular.x),
             travel_angle: spread(|r| r.deviation_w.angular.y),
-            force: ForceFigures { mean: mean_push, envelope: high - low, error_rms: error.rms },
+            force: ForceFigures {
+                mean: mean_push,
+                envelope: high - low,
+                error_rms: error.rms,
+                measured_error_rms: measured.rms,
+                reading_error: measured.mean - error.mean,
+            },
             joint_share: if uncorrected > 0.0 { by_joint / uncorrected } else { by_joint },
             of_half_pin: lateral.max_abs / recording.half_pin,
             correction: [

@@ -46,7 +46,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     results.forms = results.forms.or_page(PAGE);
     let outputs = results.outputs();
     check_targets(&outputs)?;
-    let both = [arguments.cell.read(None)?, arguments.cell.read_inclined()?];
+    let both = arguments.cell.read_published()?;
     check_outputs(&outputs)?;
     let none = Entry::of::<Uncompensated>();
     let scenario = |inputs: &'_ Inputs, program, controller| {

@@ -307,7 +307,7 @@ fn symptom(name: &str, s: &Symptoms) -> Option<Symptom> {
     if let Some(given) = given.filter(|given| *given > TOO_MUCH && s.at_authority >= HELD) {
         return Some(Symptom::TooMuch(given));
     }
-    let pushed = name == "push_error_rms_n" || name == "depth_rms_m";
+    let pushed = name.contains("push_error_rms_n") || name == "depth_rms_m";
     if Held::of(name, s).is_some_and(|held| held.share() >= HELD)
         || pushed
         || name.starts_with("correction")

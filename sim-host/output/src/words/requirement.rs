@@ -301,6 +301,12 @@ fn clause(name: &str, value: f64, limit: f64) -> String {
         "depth_rms_m" => format!("depth wanders by {reached} RMS (limit {limit})"),
         "depth_max_m" => format!("depth goes off by up to {reached} (limit {limit})"),
         "push_error_rms_n" => format!("the push is off by {reached} RMS (limit {limit})"),
+        "measured_push_error_rms_n" => {
+            format!("the push that the force sensor reads is off by {reached} RMS (limit {limit})")
+        }
+        "push_reading_error_n" => {
+            format!("the force sensor reads the mean push {reached} wrong (limit {limit})")
+        }
         "end.longitudinal_max_m" => {
             format!("the weld ends up to {reached} from where it is to (limit {limit})")
         }

@@ -207,6 +207,8 @@ pub static QUANTITIES: &[Quantity] = &[
     row("push_error_rms_n", [1e-3, 5e4], [1.0, 5e3], "limit of the error of the push"),
     row("correction_m", [1e-9, 0.2], [1e-5, 0.1], "limit of the correction"),
     row("correction_rad", [1e-9, 0.5], [1e-5, 0.2], "limit of the correction"),
+    row("measured_push_error_rms_n", [1e-3, 5e4], [1.0, 5e3], "limit of the error of the push as measured"),
+    row("push_reading_error_n", [1e-3, 5e4], [1.0, 1e4], "limit of the error of the force sensor"),
     row("push_error_mean_n", [1e-3, 1e7], [1.0, 1e4], "limit of the error of the mean push"),
     row("speed_error_share", [1e-6, 1.0], [1e-4, 0.1], "limit of the relative error of the speed"),
     row("torque_share_max", [1e-3, 1.0], [0.1, 1.0], "limit of a drive's torque over what it may give"),
