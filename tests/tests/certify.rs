@@ -66,7 +66,7 @@ fn requirements(more: &str) -> Requirements {
         force_range_nm = 5000.0
         force_offset_n = 300.0
         force_offset_nm = 50.0
-        force_gain = 0.03
+        force_gain = 0.15
         seam_range_m = 0.010
         seam_range_rad = 0.17
         seam_offset_m = 0.0003
@@ -88,9 +88,11 @@ fn uncertain(requirements: &Requirements) -> UncertainCell {
 }
 
 static FIXTURES: LazyLock<Fixtures> = LazyLock::new(|| {
-    let mut fixtures = Fixtures::of("vertical");
+    // The weld as published, its beginning, within an authority of 10 mm.
+    let mut fixtures = Fixtures::of("published-vertical");
     let weld = &mut fixtures.weld;
     weld.end = weld.start + (weld.end - weld.start).normalize() * 0.22;
+    fixtures.control.compensation.lateral.size = 0.010;
     fixtures
 });
 
@@ -767,7 +769,7 @@ impl Coupon {
 fn nothing_of_its_own() -> Requirements {
     Requirements::parse(
         "schema = \"requirements/1\"\nfailure_probability = 0.5\nconfidence = 0.75\n\
-         [limits]\ncorrection_m = 0.010\n\
+         [limits]\ncorrection_m = 0.013\n\
          [uncertainty]\nstiffness = 0.3\nprocess = 0.3\nripple = 0.5\ncrosstalk = 0.02\n\
          delay_periods = [1.0, 2.0]\n",
         "requirements",
@@ -793,7 +795,7 @@ fn a_certificate_and_a_weld_of_the_same_cell_never_disagree() {
         let (weld, judged) = Coupon::new(push, effects).certified(&requirements, &law(name), 0);
         let nominal: Vec<&Requirement> =
             judged.iter().filter(|r| r.case == EvidenceKind::Nominal).collect();
-        // No row but these: the correction is held to 10 mm by the control file.
+        // No row but these: the correction is held to 13 mm by the control file.
         assert_eq!(nominal.len(), weld.judged.len());
         for (key, of_weld) in ASKED_FIGURES.iter().zip(&weld.judged) {
             let row = nominal.iter().find(|r| r.name == *key).expect("asked of every weld");
@@ -883,9 +885,9 @@ fn a_limit_that_can_show_nothing_is_refused_or_is_no_requirement() {
     for of in WELD_FIGURES.iter().filter(|of| of.figure.phase() == "start") {
         assert!((of.value)(&weld).is_nan(), "{}", of.figure.key);
     }
-    // The correction is held to 10 mm by the control file: a limit of as much is information, a
+    // The correction is held to 13 mm by the control file: a limit of as much is information, a
     // smaller one a requirement.
-    for (limit, counts) in [(0.01, false), (0.009, true)] {
+    for (limit, counts) in [(0.013, false), (0.012, true)] {
         let stated =
             of(&format!("[limits]\ncorrection_m = {limit}\n[worst_case]\ncorrection_m = {limit}"));
         let asked = asked(&stated, &coupon).expect("in order");
