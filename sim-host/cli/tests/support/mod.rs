@@ -58,9 +58,9 @@ impl Workspace {
         fs::write(self.path().join(name), text.lines().map(line).collect::<String>()).unwrap();
     }
 
-    /// The first published weld between other points.
+    /// The first weld as published, between other points.
     pub fn weld(&self, name: &str, start: &str, end: &str) {
-        self.changed("welds/vertical.toml", name, |key, _| match key {
+        self.changed("welds/published-vertical.toml", name, |key, _| match key {
             "start_m" => Some(format!("start_m = {start}\n")),
             "end_m" => Some(format!("end_m = {end}\n")),
             _ => None,

@@ -245,9 +245,12 @@ fn detected(recording: &Recording, fault: &InstrumentFault) -> Option<f64> {
     fault.is_on(first.time).then_some(first.time - fault.from)
 }
 
-/// Figures of a weld that are of its steady part, and not of the whole run.
-fn is_steady(key: &str) -> bool {
-    !key.contains('.') && !["lateral_before_m", "correction_m", "correction_rad"].contains(&key)
+/// Figures of a weld that are of its steady part, and not of the whole run, nor of an instrument: one
+/// that fails reads wrong, and what counts is what becomes of the weld.
+fn is_of_weld(key: &str) -> bool {
+    const OTHERS: [&str; 4] =
+        ["lateral_before_m", "correction_m", "correction_rad", "push_reading_error_n"];
+    !key.contains('.') && !OTHERS.contains(&key)
 }
 
 /// The figure of the weld that is the largest share of its limit while the fault lasts, or from its
@@ -264,7 +267,7 @@ fn worst_share(
         recording.rows = rows.iter().filter(|r| part.contains(&r.time)).cloned().collect();
         WeldFigures::of(recording)
     });
-    let steady = WELD_FIGURES.iter().filter(|of| is_steady(of.figure.key));
+    let steady = WELD_FIGURES.iter().filter(|of| is_of_weld(of.figure.key));
     let limited = steady.filter_map(|of| Some((of, requirements.limit(of.figure.key)?)));
     let shares = limited.flat_map(|(of, limit)| {
         parts.iter().flatten().map(move |figures| {

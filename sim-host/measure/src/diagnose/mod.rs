@@ -224,13 +224,14 @@ pub fn diagnose(
     }));
     progress("weighing the evidence", 0.92);
     let unexplained = |at: &Residuals| localize(&bench.experiments, at, logs);
-    Ok(Diagnosis {
-        each_log,
-        limits,
-        confusable,
-        undone,
-        ..conclude(&ground, (before, held), singles, chosen, screened.len(), &unexplained)
-    })
+    let told = |chosen: &[Fitted]| {
+        conclude(&ground, (&before, held), &singles, chosen, screened.len(), &unexplained)
+    };
+    let (mut diagnosis, stands) = told(&chosen);
+    if !stands {
+        diagnosis = told(&[]).0;
+    }
+    Ok(Diagnosis { each_log, limits, confusable, undone, ..diagnosis })
 }
 
 /// What was looked for beside the calibrations of one fit.
@@ -350,26 +351,26 @@ fn verdict(bench: &FitProblem, null: &Fitted, chosen: &[Fitted]) -> Verdict {
     }
 }
 
-/// `before`: residuals of the model as it was given; `held`: the cost of calibrations alone, each as
-/// large as is expected of it.
+/// What is to say with an explanation, and whether that stands: false where the model as it was given
+/// predicts as well, or where "none of these" is not much less likely and nothing stands out of the
+/// floor. `before`: residuals of the model as it was given; `held`: the cost of calibrations alone,
+/// each as large as is expected of it.
 fn conclude(
     ground: &Context<'_>,
-    (before, held): (Residuals, f64),
-    singles: Vec<Fitted>,
-    chosen: Vec<Fitted>,
+    (before, held): (&Residuals, f64),
+    singles: &[Fitted],
+    chosen: &[Fitted],
     tried: usize,
     unexplained: &dyn Fn(&Residuals) -> Vec<Finding>,
-) -> Diagnosis {
+) -> (Diagnosis, bool) {
     let Context { bench, blocks, null, .. } = *ground;
-    let score_before = score(&before);
+    let score_before = score(before);
     let excess = above(bench, &null.at).max(1.0);
     let best = chosen.last().unwrap_or(null);
-    let mut verdict = verdict(bench, null, &chosen);
+    let mut verdict = verdict(bench, null, chosen);
     let (improved, kept) = improved_by(bench, blocks, best);
-    // It must do better than the model as it was given as well.
-    if !chosen.is_empty() && !predicts_better(ground, &before, &improved) {
-        return conclude(ground, (before, held), singles, Vec::new(), tried, unexplained);
-    }
+    let better = predicts_better(ground, before, &improved);
+    let mut stands = better;
     let kept: Vec<_> = kept.into_iter().filter(|name| !is_of_registration(bench, name.0)).collect();
     // By what is left out, and by what no model explains, whichever says less of them.
     let mut calibration = found_beside(bench, &improved, best, |_| true);
@@ -383,16 +384,16 @@ fn conclude(
     calibration.retain(|found| is_calibration(found.effect.kind));
 
     let mut candidates: Vec<Candidate> = singles
-        .into_iter()
+        .iter()
         .map(|fitted| Candidate {
-            effects: found_effects(bench, &fitted),
+            effects: found_effects(bench, fitted),
             held_out_before: score_before,
-            held_out_after: held_out_score(&fitted),
+            held_out_after: held_out_score(fitted),
             probability: 0.0,
             left: above(bench, &fitted.at) / excess,
-            may_be_named: is_nameable(ground, null, &fitted),
+            may_be_named: is_nameable(ground, null, fitted),
             indistinguishable: Vec::new(),
-            fitted,
+            fitted: fitted.clone(),
         })
         .collect();
     candidates.sort_by_key(|candidate| !candidate.may_be_named);
@@ -404,7 +405,7 @@ fn conclude(
     let beyond: Vec<&FittedEffect> = calibration.iter().filter(|f| f.is_implausible()).collect();
     let answer = match (kept.as_slice(), beyond.as_slice()) {
         ([only], _) => {
-            let given = fit::chi_square(&before);
+            let given = fit::chi_square(before);
             Some((*only, without_calibration(null, *only).map_or(given, |cost| cost.min(given))))
         }
         (_, [only]) => Some(((only.effect.kind.id, only.effect.at), held)),
@@ -414,8 +415,8 @@ fn conclude(
         && verdict == Verdict::Adequate
         && !improved.point.each.iter().flatten().any(|e| (e.kind.id, e.at) == name)
         && !bench.per_log.iter().any(|own| (own.stated.kind.id, own.stated.at) == name)
-        && stands_out(bench, &before, &improved.at)
-        && predicts_better(ground, &before, &improved)
+        && better
+        && stands_out(bench, before, &improved.at)
         && calibration.iter().any(|f| is_named(f, name) && f.is_told_from_nothing())
     {
         verdict = Verdict::EffectFound;
@@ -428,7 +429,7 @@ fn conclude(
             held_out_before: score_before,
             held_out_after: held_out_score(fitted),
             probability: 0.0,
-            left: above(bench, &fitted.at) / above(bench, &before).max(1.0),
+            left: above(bench, &fitted.at) / above(bench, before).max(1.0),
             indistinguishable: Vec::new(),
             fitted: fitted.clone(),
         };
@@ -456,28 +457,23 @@ fn conclude(
             false => rules::SURELY_ONE,
         };
         if any < surely && at_floor(bench, &null.at) {
-            // "None of these" is not much less likely than all that was tried, and nothing stands
-            // out.
-            if !chosen.is_empty() {
-                let singles = candidates.into_iter().map(|c| c.fitted).collect();
-                return conclude(ground, (before, held), singles, Vec::new(), tried, unexplained);
-            }
+            stands = false;
             verdict = Verdict::Adequate;
         } else if any < 0.5 || candidates[0].probability < rules::LEAST_LIKELY {
             // The same where something does; or so many explain the data alike that none is found.
             verdict = Verdict::UnknownEffect;
         }
     }
-    Diagnosis {
+    let diagnosis = Diagnosis {
         verdict,
         score_before,
         held_out_calibrated: held_out_score(null),
-        before,
+        before: before.clone(),
         each_log: FitState::empty(bench.experiments.len()),
         null: null.clone(),
         mountings: mountings::mountings(best),
         full: best.clone(),
-        chosen,
+        chosen: chosen.to_vec(),
         candidates,
         calibration,
         unexplained: if at_floor(bench, &improved.at) {
@@ -489,7 +485,8 @@ fn conclude(
         limits: Vec::new(),
         confusable: Vec::new(),
         undone: Vec::new(),
-    }
+    };
+    (diagnosis, stands)
 }
 
 /// The fit with those calibrations alone that count beside its effects, and their names.
