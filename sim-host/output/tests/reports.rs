@@ -89,8 +89,8 @@ fn a_pass_names_what_is_weak_in_its_headline_and_what_it_does_not_certify() {
     assert_eq!(value["weak"].as_array().unwrap().len(), 2);
     let page = report.page();
     assert!(page.contains("Pass 1 of each run is not certified"), "{page}");
-    // The control file allows 10 mm, which is all that the requirements limit.
-    assert!(page.contains("allows no more than the limit of 10.000 mm"), "{page}");
+    // The control file allows 13 mm, which is all that the requirements limit.
+    assert!(page.contains("allows no more than the limit of 13.000 mm"), "{page}");
 
     report.welds[0].weak_points.clear();
     report.welds[0].evidence.worst.beyond = 0;

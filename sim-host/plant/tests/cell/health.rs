@@ -64,7 +64,7 @@ impl Term for WornTool {
 
 #[test]
 fn a_ripple_that_grows_threefold_half_way_is_warned_of_once_it_has() {
-    let fixtures = shortened("vertical");
+    let fixtures = shortened("published-vertical");
     let mut cell = fixtures.cell(&[]);
     let [first, second] = fixtures.process.ripple.as_slice() else { panic!("two orders") };
     let worn = WornTool([first, second].map(|line| (line.order, line.axial, line.phase)));

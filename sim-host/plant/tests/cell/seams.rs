@@ -29,7 +29,7 @@ fn short(mut fixtures: Fixtures, change: impl Fn(&mut Weld)) -> Recording {
 
 #[test]
 fn two_points_with_one_normal_are_the_straight_seam_of_a_weld_1() {
-    let straight = Fixtures::of("vertical").weld;
+    let straight = Fixtures::of("published-vertical").weld;
     let rest = "feed_m_s = 0.01\nfeed_ramp_s = 1.0\nforce_n = 18000.0\nforce_ramp_s = 3.0\n\
                 initial_depth_m = 0.0003\nsettle_s = 2.0\n";
     let point = |y: f64| format!("[[point]]\nat_m = [1.7, {y:?}, 0.5]\nnormal = [0.0, 0.0, 2.0]\n");
@@ -129,7 +129,7 @@ fn what_the_arm_cannot_weld_is_named_with_its_place() {
 /// Speeds and places of a profile: v² = 2 a s on the way up, and the run-out's length at the end.
 #[test]
 fn the_feed_follows_its_profile_to_the_end_of_the_run_out() {
-    let mut weld = Fixtures::of("vertical").weld;
+    let mut weld = Fixtures::of("published-vertical").weld;
     weld.end = weld.start + Vector3::y() * 0.3;
     (weld.feeds, weld.run_out, weld.dwell) = (vec![(0.1, 0.005), (0.2, 0.02)], 0.03, 1.5);
     let (seam, program) = (Seam::of(&weld), Program::Weld);
