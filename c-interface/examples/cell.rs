@@ -6,7 +6,7 @@ use trueweld_compensators::{
 };
 
 /// SHA-256 of the configuration.
-pub const DIGEST: [u8; 32] = [103, 102, 151, 58, 67, 138, 245, 166, 29, 119, 132, 217, 160, 42, 185, 218, 96, 105, 28, 253, 119, 237, 186, 95, 20, 197, 53, 140, 192, 208, 188, 59];
+pub const DIGEST: [u8; 32] = [99, 176, 38, 92, 230, 142, 91, 167, 125, 185, 11, 52, 10, 84, 254, 61, 34, 71, 59, 49, 254, 198, 134, 16, 188, 127, 118, 101, 202, 219, 203, 182];
 
 /// All that the controller's core is built from.
 // Some angle is a quarter turn.
@@ -432,7 +432,7 @@ pub const CONFIGURATION: Configuration = Configuration {
         tuned_stiffness: 4210000.0,
         lateral: LimitNumbers {
             bandwidth: 25.132741228718345,
-            size: 0.01,
+            size: 0.013,
             rate: 0.01,
         },
         orientation: LimitNumbers {
