@@ -14,7 +14,7 @@
 //! E_z: how far the encoders' pose lies below the set-point; f: measured push; k_z: stiffness of
 //! the material; d, n: offset and slope of what is not known of plate and material. The angles along
 //! the seam change Φ_z, so that joints are told apart; a Kalman filter takes a reading every
-//! [`EVERY`] of the way, at steady push.
+//! [`EVERY`] of the way, at steady load.
 //!
 //! What is found moves the demand across and along the seam, and no reading there comes back: the
 //! law closes no loop through the material across the seam.
@@ -29,7 +29,7 @@ use crate::estimate::Estimate;
 use crate::gain::{GainError, positive, require, usable_period};
 use crate::law::{Law, Needs, Setup};
 use crate::laws::FeedForward;
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector3};
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, JOINTS, Real, Robot, Twist, Wrench};
@@ -43,12 +43,12 @@ const EVERY: f64 = 0.02;
 /// Length over which a plate's unevenness stays what it is, m: readings within it count as one.
 const UNEVEN_OVER: f64 = 0.1;
 
-/// Time constant of the low-pass on depth, s, and how many of them a steady push lasts before it is
+/// Time constant of the low-pass on depth, s, and how many of them a steady load lasts before it is
 /// believed.
 const FILTER: f64 = 0.25;
 const SETTLED: f64 = 4.0;
 
-/// Relative change of the planned push over a period up to which it is steady, and relative error of
+/// Change of the planned force over a period up to which it is steady, of the push, and relative error of
 /// the push up to which it is the planned one.
 const STEADY: f64 = 1e-6;
 const NEAR: f64 = 0.05;
@@ -103,8 +103,8 @@ pub struct SelfCalibrating<T: Real> {
 struct Depth<T: Real> {
     /// E_z − f/k_z, low-pass, m.
     bent: T,
-    /// Planned push of the last period, N, and how long it has been that, s.
-    planned: T,
+    /// Planned force of the last period, axes of W, N, and how long it has been that, s.
+    planned: Vector3<T>,
     since: T,
     /// Path position of the last reading, m.
     read: Option<T>,
@@ -153,7 +153,7 @@ impl<T: Real> SelfCalibrating<T> {
     /// What the arm bends towards the plate, m, where a reading of it is due.
     fn reading(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Option<T> {
         let push = -observation.sensed.wrench.force.z;
-        let planned = -observation.planned.force.z;
+        let load = observation.planned.force;
         let below = observation.encoder_displacement(robot).linear.z;
         let bent = below - push * self.compliance_of_material;
         let path = observation.path;
@@ -162,15 +162,17 @@ impl<T: Real> SelfCalibrating<T> {
             return None;
         }
         let Some(depth) = &mut self.depth else {
-            self.depth = Some(Depth { bent, planned, since: T::zero(), read: None });
+            self.depth = Some(Depth { bent, planned: load, since: T::zero(), read: None });
             return None;
         };
         let share = self.period / (self.period + lit(FILTER));
         depth.bent += (bent - depth.bent) * share;
-        let steady = (planned - depth.planned).abs() <= planned.abs() * lit(STEADY);
+        let planned = -load.z;
+        // While the feed rises, the drag does, and the arm bends by it in depth as well.
+        let steady = (load - depth.planned).norm() <= planned.abs() * lit(STEADY);
         let near = (push - planned).abs() <= planned.abs() * lit(NEAR) && planned > T::zero();
         depth.since = if steady && near { depth.since + self.period } else { T::zero() };
-        depth.planned = planned;
+        depth.planned = load;
         let due = depth.read.is_none_or(|read| (path - read).abs() >= lit(EVERY));
         if !due || depth.since < lit(FILTER * SETTLED) {
             return None;

@@ -63,7 +63,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let progress = results.progress("recording", protocol.logs.len() as f64);
     let done = protocol.record(&control, &sensors, out, &|logs| progress.advance_to(logs as f64));
     progress.finish();
-    let truth = done.into_diagnostic()?;
+    // Half a campaign is none. The folder was empty before.
+    let truth = done.inspect_err(|_| drop(std::fs::remove_dir_all(out))).into_diagnostic()?;
     let recorded = Campaign::read(out)?;
     let mut provenance = provenance("record", &ModelFile::read(recorded.model)?, &recorded.logs)?;
     let robot = &protocol.model.robot;

@@ -70,6 +70,7 @@ fn a_wrist_that_swings_faster_than_the_step_is_recorded_and_compared() {
     let refused = place.run(&["record", "protocol.toml", "--out", "more"]);
     assert!(!refused.status.success());
     assert!(String::from_utf8_lossy(&refused.stderr).contains(named), "{refused:?}");
+    assert!(!place.path().join("more").exists(), "half a campaign");
     assert!(place.refused(&["compare", "campaign"]).contains(named));
 }
 
