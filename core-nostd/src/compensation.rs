@@ -328,8 +328,8 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
 
     /// One period. The law acts while the force loop is closed; before that its correction stays as
     /// it is. A force sensor that is stuck, beyond its range or contradicted by the drives
-    /// ([`ForceSensorCheck`]) is a fault for law and controller alike; a nominal pose that is none and a path that cannot be are faults of the
-    /// law.
+    /// ([`ForceSensorCheck`]) is a fault for law and controller alike; a nominal pose that is none
+    /// and a path that cannot be are faults of the law.
     ///
     /// Returns the controller's command, with the law's fault if the controller had none.
     pub fn cycle(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Command<T> {

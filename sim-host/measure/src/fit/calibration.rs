@@ -3,7 +3,7 @@
 //! every hypothesis, reported apart. Which effects these are, and what is expected of them, they
 //! say themselves ([`Calibration`]).
 
-pub use super::{expected, is_calibration};
+pub use super::effects::{expected, is_calibration};
 
 use super::{EffectScope, FitProblem, FitState, FreeParameter, PerLogEffect};
 use crate::data::log::LogKind;
