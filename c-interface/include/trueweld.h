@@ -50,7 +50,7 @@ enum TrueweldStatus
    */
   TRUEWELD_STATUS_FAULT_ENCODER = 1,
   /*
-   The force sensor gave no number, is stuck, or is beyond its range.
+   The force sensor gave no number, is stuck, is beyond its range, or the drives contradict it.
    */
   TRUEWELD_STATUS_FAULT_FORCE = 2,
   /*
@@ -537,7 +537,7 @@ typedef struct {
    */
   float encoder_rate[6];
   /*
-   Motor torque of the last period, seen from the joint, N·m.
+   Motor torque of the last period, seen from the joint, N·m; all 0 where it is not known.
    */
   float motor_torque[6];
   /*
@@ -689,7 +689,7 @@ typedef struct {
    */
   double encoder_rate[6];
   /*
-   Motor torque of the last period, seen from the joint, N·m.
+   Motor torque of the last period, seen from the joint, N·m; all 0 where it is not known.
    */
   double motor_torque[6];
   /*

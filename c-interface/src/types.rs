@@ -31,7 +31,7 @@ pub enum Status {
     Ok = 0,
     /// The encoder `joint` is no number, or jumped by more than the joint can move.
     FaultEncoder = 1,
-    /// The force sensor gave no number, is stuck, or is beyond its range.
+    /// The force sensor gave no number, is stuck, is beyond its range, or the drives contradict it.
     FaultForce = 2,
     /// The set-point is no number, its axes are no rotation, or it is far out of reach.
     FaultSetpoint = 3,
@@ -75,7 +75,7 @@ pub enum Status {
 const TEXTS: [(Status, &CStr); 21] = [
     (Status::Ok, c"ok"),
     (Status::FaultEncoder, c"fault: an encoder gave no number, or jumped"),
-    (Status::FaultForce, c"fault: the force sensor gave no number, is stuck, or beyond its range"),
+    (Status::FaultForce, c"fault: the force sensor gave no number, is stuck, beyond its range, or contradicted by the drives"),
     (Status::FaultSetpoint, c"fault: the set-point is no number, no rotation, or far out of reach"),
     (Status::FaultSingular, c"fault: the arm is singular here"),
     (Status::FaultLimit, c"fault: a joint is outside its limits"),
@@ -193,7 +193,7 @@ pub struct Inputs<T> {
     pub encoder: [T; 6],
     /// Encoder rates, rad/s.
     pub encoder_rate: [T; 6],
-    /// Motor torque of the last period, seen from the joint, N·m.
+    /// Motor torque of the last period, seen from the joint, N·m; all 0 where it is not known.
     pub motor_torque: [T; 6],
     /// What the environment applies to the tool at the TCP, axes of T: moment N·m, then force N.
     pub wrench: [T; 6],

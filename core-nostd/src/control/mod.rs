@@ -66,7 +66,7 @@ pub struct SensorReadings<T: Real> {
     pub encoder: JointVector<T>,
     /// Encoder rates, rad/s.
     pub encoder_rate: JointVector<T>,
-    /// Motor torque of the last period, seen from the joint, N·m.
+    /// Motor torque of the last period, seen from the joint, N·m; all 0 where it is not known.
     pub motor_torque: JointVector<T>,
     /// What the environment applies to the tool, at the TCP, in axes of the real tool frame T; tool
     /// weight removed.
