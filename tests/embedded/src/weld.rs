@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, SVector, Vector3};
 use trueweld_compensators::{Elastostatic, ElastostaticGains};
 use trueweld_core::compensation::{Compensated, Compensator, LoopLimits};
 use trueweld_core::control::{
-    Command, External, ExternalGains, JointGains, SensorReadings, Setpoint,
+    Command, External, ExternalGains, ForceSensorLimits, JointGains, SensorReadings, Setpoint,
 };
 use trueweld_core::monitor::{HealthMonitor, HealthSignals};
 use trueweld_core::scalar::lit;
@@ -152,7 +152,9 @@ pub fn controller<T: Real, C: Compensator<T>>(law: C) -> Compensated<T, External
     });
     let period = lit(PERIOD);
     let external = External::new(position, force, period);
-    Compensated::new(external, law, lateral, orientation, period)
+    // The drives' part of the check is made every period; drives that follow at once bear no weld.
+    let limits = ForceSensorLimits { moment: lit(5e3), force: lit(30e3), disagreement: lit(1e9) };
+    Compensated::new(external, law, lateral, orientation, period).with_force_sensor_limits(limits)
 }
 
 /// What one control cycle is given.
