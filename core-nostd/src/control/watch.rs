@@ -23,7 +23,6 @@
 //! and at rest, a coarse sensor repeats its reading too. Not detected: a reading that is wrong but
 //! still noisy, within the range, and near what the drives bear.
 
-use super::position_loop::push_torque;
 use super::{SensorReadings, Setpoint};
 use crate::error::Fault;
 use crate::robot::Robot;
@@ -146,7 +145,8 @@ fn unseen_push<T: Real>(robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Senso
     }
     let frames = robot.frames(&sensed.encoder);
     let shown = sensed.wrench.rotated(&frames.tcp.rotation);
-    let of_push = push_torque(&frames, &setpoint.depth_axis(), T::one());
+    let of_push =
+        frames.joint_torque(&Wrench { moment: Vector3::zeros(), force: setpoint.depth_axis() });
     let unexplained =
         sensed.motor_torque - robot.spring_torque_at_rest(&frames, &sensed.encoder, &shown);
     let (mut along, mut square) = (T::zero(), T::zero());
