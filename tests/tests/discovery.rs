@@ -60,7 +60,7 @@ fn a_hose_pack_is_found_at_its_joint_over_its_angle() {
 fn an_effect_that_leaves_what_stands_out_is_not_the_answer() {
     // The stiffness of A3 follows another joint's angle. An effect of the library lowers the error
     // everywhere a little, and as much stands out of the noise with it as without.
-    let campaign = Campaign::read(&fixture("campaigns/cross-stiffness")).expect("a campaign");
+    let campaign = Campaign::read(fixture("campaigns/cross-stiffness")).expect("a campaign");
     let file = ModelFile::read(&campaign.model).expect("a model");
     let logs = campaign.logs;
     let compared = experiments(&logs, &baseline(&file)).expect("logs that can be compared");
