@@ -50,7 +50,8 @@ struct Readings<T: Real> {
 
 impl<T: Real> DeviationHistory<T> {
     pub fn new(period: T) -> Self {
-        let none = Readings { equal: RepeatCounter::new(), clipped: false };
+        // The first reading of all follows none that it could stand out from.
+        let none = Readings { equal: RepeatCounter::new(), clipped: true };
         Self { period, past: Deque::new(), read: [none; 6] }
     }
 
@@ -82,8 +83,8 @@ impl<T: Real> DeviationHistory<T> {
 
     /// h·(x − x̂₀) as measured, less the `expected` value, clipped at so many standard deviations of
     /// the noise. `None` for a measurement that cannot be used: not finite, too old, a repetition, or
-    /// the first of its direction to be clipped: an outlier comes alone, and a sensor that stands at
-    /// the end of its range repeats itself.
+    /// to be clipped after one that was not: an outlier comes alone, and a sensor that stands at the
+    /// end of its range repeats itself.
     pub fn innovation(
         &mut self,
         measurement: &DeviationMeasurement<T>,
@@ -156,6 +157,7 @@ mod tests {
             [Some(-1e-4), None, None, None, Some(-2e-4)]
         );
         // Two that differ are no outlier: the tool is far off, and comes back by clipped steps.
-        assert_eq!(used([0.01, 0.011, 0.012]), [None, Some(-1e-3), Some(-1e-3)]);
+        assert_eq!(used([0.01, 0.011, 0.012]), [Some(-1e-3), Some(-1e-3), Some(-1e-3)]);
+        assert_eq!(used([1e-4, 0.01, 0.011]), [Some(-1e-4), None, Some(-1e-3)]);
     }
 }
