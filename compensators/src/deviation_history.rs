@@ -44,14 +44,13 @@ pub(crate) struct DeviationHistory<T: Real> {
 #[derive(Debug, Clone, Copy)]
 struct Readings<T: Real> {
     equal: RepeatCounter<T>,
-    /// True where the last innovation was clipped.
-    clipped: bool,
+    /// The last innovation; `None` before the first.
+    innovation: Option<T>,
 }
 
 impl<T: Real> DeviationHistory<T> {
     pub fn new(period: T) -> Self {
-        // The first reading of all follows none that it could stand out from.
-        let none = Readings { equal: RepeatCounter::new(), clipped: true };
+        let none = Readings { equal: RepeatCounter::new(), innovation: None };
         Self { period, past: Deque::new(), read: [none; 6] }
     }
 
@@ -83,8 +82,8 @@ impl<T: Real> DeviationHistory<T> {
 
     /// h·(x − x̂₀) as measured, less the `expected` value, clipped at so many standard deviations of
     /// the noise. `None` for a measurement that cannot be used: not finite, too old, a repetition, or
-    /// to be clipped after one that was not: an outlier comes alone, and a sensor that stands at the
-    /// end of its range repeats itself.
+    /// to be clipped and as far from the last one: an outlier comes alone, and a sensor that stands at
+    /// the end of its range repeats itself.
     pub fn innovation(
         &mut self,
         measurement: &DeviationMeasurement<T>,
@@ -103,8 +102,9 @@ impl<T: Real> DeviationHistory<T> {
         let then = self.past.iter().rev().nth(back)?;
         let innovation = measurement.of(then) - measurement.deviation - expected;
         let most = measurement.noise * lit(clipped);
-        let clipped_before = core::mem::replace(&mut read.clipped, innovation.abs() > most);
-        let usable = innovation.is_finite() && (clipped_before || !read.clipped);
+        let last = read.innovation.replace(innovation);
+        let jumps = last.is_some_and(|last| (innovation - last).abs() > most);
+        let usable = innovation.is_finite() && !(jumps && innovation.abs() > most);
         usable.then(|| innovation.max(-most).min(most))
     }
 
@@ -157,7 +157,9 @@ mod tests {
             [Some(-1e-4), None, None, None, Some(-2e-4)]
         );
         // Two that differ are no outlier: the tool is far off, and comes back by clipped steps.
-        assert_eq!(used([0.01, 0.011, 0.012]), [Some(-1e-3), Some(-1e-3), Some(-1e-3)]);
-        assert_eq!(used([1e-4, 0.01, 0.011]), [Some(-1e-4), None, Some(-1e-3)]);
+        assert_eq!(used([0.01, 0.0105, 0.011]), [Some(-1e-3), Some(-1e-3), Some(-1e-3)]);
+        assert_eq!(used([1e-4, 0.01, 0.0105]), [Some(-1e-4), None, Some(-1e-3)]);
+        // Nor is one that crosses the limit on its way.
+        assert_eq!(used([9e-4, 1.1e-3, 9e-4]), [Some(-9e-4), Some(-1e-3), Some(-9e-4)]);
     }
 }
