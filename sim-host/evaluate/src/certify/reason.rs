@@ -307,7 +307,8 @@ fn symptom(name: &str, s: &Symptoms) -> Option<Symptom> {
     if let Some(given) = given.filter(|given| *given > TOO_MUCH && s.at_authority >= HELD) {
         return Some(Symptom::TooMuch(given));
     }
-    let pushed = name.contains("push_error_rms_n") || name == "depth_rms_m";
+    let pushed = ["depth_rms_m", "push_reading_error_n"].contains(&name)
+        || name.ends_with("push_error_rms_n");
     if Held::of(name, s).is_some_and(|held| held.share() >= HELD)
         || pushed
         || name.starts_with("correction")
