@@ -30,13 +30,20 @@ pub trait Embedded: InputFile {
     const FIXTURE: [&str; 2];
 }
 
+/// Name and text of a fixture.
+macro_rules! fixture {
+    ($file:literal) => {
+        [
+            concat!("embedded ", $file),
+            include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/", $file)),
+        ]
+    };
+}
+
 macro_rules! embedded {
     ($($type:ty: $file:literal;)*) => {$(
         impl Embedded for $type {
-            const FIXTURE: [&str; 2] = [
-                concat!("embedded ", $file),
-                include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/", $file)),
-            ];
+            const FIXTURE: [&str; 2] = fixture!($file);
         }
     )*};
 }
@@ -50,23 +57,11 @@ embedded! {
     Requirements: "requirements/lap-weld.toml";
 }
 
-macro_rules! published {
-    ($name:literal) => {
-        [
-            $name,
-            concat!("embedded welds/published-", $name, ".toml"),
-            include_str!(concat!(
-                env!("CARGO_MANIFEST_DIR"),
-                "/../../fixtures/welds/published-",
-                $name,
-                ".toml"
-            )),
-        ]
-    };
-}
-
-/// Name, file and text of the welds as they were published.
-const PUBLISHED: [[&str; 3]; 2] = [published!("vertical"), published!("inclined")];
+/// The welds as they were published, each with its name.
+const PUBLISHED: [(&str, [&str; 2]); 2] = [
+    ("vertical", fixture!("welds/published-vertical.toml")),
+    ("inclined", fixture!("welds/published-inclined.toml")),
+];
 
 /// Reads a file, or the embedded one where none is given, and adds its digest to `files`.
 pub fn read<T: Embedded>(path: Option<&Path>, files: &mut Vec<FileDigest>) -> Result<T> {
@@ -219,7 +214,7 @@ impl CellFiles {
 
     /// Both welds as they were published, in this cell.
     pub fn read_published(&self) -> Result<[Inputs; 2]> {
-        let read = |[name, file, text]: [&str; 3]| {
+        let read = |(name, [file, text]): (&str, [&str; 2])| {
             let digest = FileDigest::new(Weld::KIND.name(), file, text.as_bytes());
             let named = [file, name].map(str::to_owned);
             self.with_weld(Weld::parse(text, file)?, named, vec![digest])
