@@ -5,7 +5,7 @@
 //! one's own stays until the program ends, so `models` is run in ten parts):
 //!
 //! ```text
-//! BOLERO_RANDOM_ITERATIONS=10000000 TMPDIR=/dev/shm cargo test --profile bench -p trueweld-tests --test fuzz
+//! BOLERO_RANDOM_ITERATIONS=10000000 TMPDIR=/dev/shm cargo test --profile bench -p trueweld-tests --test all fuzz::
 //! ```
 
 use std::fs;

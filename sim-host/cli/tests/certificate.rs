@@ -1,11 +1,9 @@
 //! From what was measured of a cell to a certificate, and from a certificate to the weld that it is
 //! of: neither passes for another.
 
-mod support;
-
+use crate::support::{Workspace, fixture, requirements};
 use std::fs;
 use std::process::Command;
-use support::{Workspace, fixture, requirements};
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{Comments, MeasuredNumber, ModelFile, Posterior};
 use trueweld_plant::provenance::sha256;

@@ -1,13 +1,11 @@
 //! The program as a user runs it: what it writes, that it writes the same again, and how it
 //! refuses.
 
-mod support;
-
+use crate::support::{Workspace, assert_valid, fixture, one_line};
 use serde_json::Value;
 use std::fs;
 use std::process::Command;
 use std::time::Instant;
-use support::{Workspace, assert_valid, fixture, one_line};
 
 #[test]
 fn a_weld_is_told_as_table_json_and_page() {

@@ -14,13 +14,11 @@
 //! fixtures/. Any other cargo command runs in the repository and must be marked as long. A build
 //! without recordings leaves out `--rrd` and `--exaggeration`; one without Parquet writes CSV.
 
-mod support;
-
+use crate::support::{assert_results_valid, assert_valid};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use support::{assert_results_valid, assert_valid};
 
 /// A command of a page, and what the page says of it.
 #[derive(Debug, Default)]

@@ -1,14 +1,12 @@
 //! Files that go in and out: nothing is overwritten, nothing hangs, nothing is lost without a word.
 #![cfg(unix)]
 
-mod support;
-
+use crate::support::{Workspace, fixture, one_line};
 use serde_json::Value;
 use std::fs::{self, File};
 use std::os::unix::fs::symlink;
 use std::process::{Command, Stdio};
 use std::time::{Duration, SystemTime};
-use support::{Workspace, fixture, one_line};
 
 /// A weld of one run, as short as the steady part allows.
 const WELD: [&str; 6] = ["weld", "--quiet", "--compensator", "none", "--weld", "short.toml"];

@@ -1,12 +1,10 @@
 //! The first day with files of one's own: a folder to fill in, and files that are empty, cut, given
 //! twice or in another unit than they say.
 
-mod support;
-
+use crate::support::{Workspace, fixture};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use support::{Workspace, fixture};
 
 /// The TOML files of a folder and of those in it.
 fn tomls(folder: &Path) -> Vec<PathBuf> {

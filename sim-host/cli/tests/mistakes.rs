@@ -1,10 +1,8 @@
 //! A mistake in the files is told in place of physics, and the line that is told undoes it.
 
-mod support;
-
+use crate::support::{Workspace, fixture};
 use serde_json::Value;
 use std::fs;
-use support::{Workspace, fixture};
 
 /// The static log of a campaign of the model itself, with the rows changed.
 fn campaign(place: &Workspace, change: impl Fn(&str, f64) -> f64) {

@@ -1,10 +1,8 @@
 //! Rare failures by subset simulation, beside plain draws.
 
-mod support;
-
+use crate::support::{Workspace, requirements};
 use serde_json::Value;
 use std::fs;
-use support::{Workspace, requirements};
 
 const CERTIFY: [&str; 12] = [
     "certify",

@@ -1,9 +1,7 @@
 //! The virtual laboratory and what is identified from it, from the command line.
 
-mod support;
-
+use crate::support::{Workspace, fixture};
 use std::fs;
-use support::{Workspace, fixture};
 
 /// Records a fixture's protocol, changed, into `campaign`.
 fn recorded(change: impl Fn(&str) -> String) -> Workspace {

@@ -1,11 +1,9 @@
 //! What a weld over RSI leaves behind, and a core that knows its model.
 
-mod support;
-
+use crate::support::{Workspace, fixture};
 use std::fs;
 use std::net::UdpSocket;
 use std::thread;
-use support::{Workspace, fixture};
 
 /// An address of this machine with a port that nobody has.
 fn free_address() -> String {

@@ -1,10 +1,8 @@
 //! `--samples`: the table that other programs read is what the figures are made of.
 
-mod support;
-
+use crate::support::{Workspace, fixture};
 use serde_json::Value;
 use std::collections::BTreeMap;
-use support::{Workspace, fixture};
 
 /// The fields of a line; a comma between quotes separates nothing.
 fn fields(line: &str) -> Vec<String> {

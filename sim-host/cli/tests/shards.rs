@@ -1,11 +1,9 @@
 //! Certifications made in parts on several machines.
 
-mod support;
-
+use crate::support::Workspace;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use support::Workspace;
 
 /// Few runs of a short weld whose faults have room.
 const CERTIFY: [&str; 9] = [

@@ -1,9 +1,7 @@
 //! Studies from the command line.
 
-mod support;
-
+use crate::support::Workspace;
 use std::fs;
-use support::Workspace;
 
 /// Requirements that call the stiffness uncertain and nothing else.
 fn workspace() -> Workspace {

@@ -1,9 +1,7 @@
 //! Gains for a robot, from the command line.
 
-mod support;
-
+use crate::support::{Workspace, assert_valid, fixture};
 use std::fs;
-use support::{Workspace, assert_valid, fixture};
 
 /// Margins that the gains to begin with keep or not, at both ends of the short weld.
 fn workspace(gain_margin: &str) -> Workspace {

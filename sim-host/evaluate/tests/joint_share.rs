@@ -1,18 +1,8 @@
 //! Each joint's part in the lateral deviation of the two published welds, with a law and without.
 
-#[expect(dead_code, reason = "shared with tests that need more of it")]
-#[path = "../../plant/tests/cell/support.rs"]
-mod cell;
-
-use cell::{Fixtures, law};
-use std::path::PathBuf;
+use crate::cell::{Fixtures, law};
 use trueweld_evaluate::WeldFigures;
 use trueweld_plant::simulate::{Controller, Phase, Program, run};
-
-/// Path of a file below `fixtures/`.
-fn fixture(relative: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures").join(relative)
-}
 
 #[test]
 fn the_parts_of_the_joints_sum_to_the_lateral_deviation() {

@@ -1,12 +1,7 @@
 //! Studies: placements, limits and the ways of the arm.
 
-#[expect(dead_code, reason = "shared with tests that need more of it")]
-#[path = "../../plant/tests/cell/support.rs"]
-mod cell;
-
-use cell::{Fixtures, law};
+use crate::cell::{self, Fixtures, law};
 use std::f64::consts::FRAC_PI_6;
-use std::path::PathBuf;
 use trueweld_core::JOINTS;
 use trueweld_evaluate::study::{
     Allowance, Driven, Family, LayoutTask, LimitStudy, PLACES, Part, Placement, Range, RealArm,
@@ -41,11 +36,6 @@ impl Shop {
             allowed: &self.allowed,
         }
     }
-}
-
-/// Path of a file below `fixtures/`.
-fn fixture(relative: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures").join(relative)
 }
 
 /// The same run at the step of studies.

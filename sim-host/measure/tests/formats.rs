@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! BOLERO_RANDOM_ITERATIONS=10000000 TMPDIR=/dev/shm cargo test --profile bench -p trueweld-measure \
-//!     --features mcap,parquet --test formats damaged
+//!     --features mcap,parquet --test all damaged
 //! ```
 
 #[path = "../../../tests/src/mutation.rs"]

@@ -2,8 +2,6 @@
 
 #![cfg(feature = "rerun")]
 
-mod sample;
-
 use re_chunk::Chunk;
 use re_log_encoding::{CachingApplicationIdInjector, ToApplication};
 use re_log_types::{LogMsg, StoreKind};
@@ -85,7 +83,7 @@ fn viewer(to: Sender<SentMessage>) -> String {
 }
 
 fn begun() -> (LiveWeld, Recording) {
-    let sample::Welds { robot, mut recordings, .. } = sample::welds(100);
+    let crate::sample::Welds { robot, mut recordings, .. } = crate::sample::welds(100);
     let recording = recordings.remove(1);
     let mut seam = Seam::from(recording.rows[0].nominal);
     seam.length = 2.0;

@@ -1,14 +1,9 @@
 //! Both sides against each other over the machine's loopback.
 
-#[expect(dead_code, reason = "shared with tests that need more of it")]
-#[path = "../../plant/tests/cell/support.rs"]
-mod cell;
-
-use cell::Fixtures;
+use crate::cell::{self, Fixtures};
 use std::cell::Cell;
 use std::net::{SocketAddr, UdpSocket};
 use std::ops::ControlFlow;
-use std::path::PathBuf;
 use std::rc::Rc;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -41,11 +36,6 @@ const OPENED: Bounds = Bounds {
     hold: true,
     timeout: 10,
 };
-
-/// Path of a file below `fixtures/`.
-fn fixture(relative: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures").join(relative)
-}
 
 /// Files of one weld, and the law's name.
 struct Files {

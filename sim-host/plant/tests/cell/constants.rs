@@ -1,7 +1,7 @@
 //! The constants of a controller: of the embedded cell they are those that the C interface is tested
 //! with, and a core runs from them as the simulation does.
 
-use crate::support::{Fixtures, law};
+use crate::cell::support::{Fixtures, law};
 use nalgebra::Vector3;
 use trueweld_compensators::{Elastostatic, RunningCore};
 use trueweld_core::compensation::{Compensated, Observation};

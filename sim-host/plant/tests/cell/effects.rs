@@ -1,8 +1,8 @@
 //! Every effect of the library does in the plant what its equation says, can be seen by whoever
 //! fits it, and leaves a weld that runs.
 
-use crate::support::{Fixtures, law};
-use crate::{KR500, fixture};
+use crate::cell::support::{Fixtures, law};
+use crate::cell::{KR500, fixture};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{Displacement, JointVector, Pose, Wrench};

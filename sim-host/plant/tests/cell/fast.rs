@@ -1,6 +1,6 @@
 //! Links that swing faster than the step of their integration.
 
-use crate::{KR500, fixture};
+use crate::cell::{KR500, fixture};
 use nalgebra::Matrix3;
 use trueweld_core::{JointVector, Robot};
 use trueweld_plant::input::{InputFile, RobotFile};

@@ -1,7 +1,7 @@
 //! The watch beside the law: silent on welds that are in order, and not on those that are not.
 
-use crate::fixture;
-use crate::support::{Fixtures, law};
+use crate::cell::fixture;
+use crate::cell::support::{Fixtures, law};
 use nalgebra::Vector3;
 use trueweld_compensators::{Entry, library};
 use trueweld_plant::cell::Cell;

@@ -1,9 +1,9 @@
 //! The elastic robot and its contact as a physical system: energy, rest, the rigid limit, and the
 //! accuracy of the default integrator.
 
-use crate::KR500;
-use crate::numbers::seen;
-use crate::support::{Fixtures, free_cell, law};
+use crate::cell::KR500;
+use crate::cell::numbers::seen;
+use crate::cell::support::{Fixtures, free_cell, law};
 use nalgebra::Vector3;
 use trueweld_core::{JointVector, Robot, Wrench};
 use trueweld_plant::cell::{Cell, State};

@@ -1,8 +1,8 @@
 //! Every named port of the plant: a term put there acts as its port says, and nothing else changes.
 //! Then the library's effects, by their equations.
 
-use crate::KR500;
-use crate::support::{Fixtures, free_cell, law};
+use crate::cell::KR500;
+use crate::cell::support::{Fixtures, free_cell, law};
 use nalgebra::Vector3;
 use trueweld_core::{JointVector, Wrench};
 use trueweld_plant::cell::State;

@@ -1,7 +1,7 @@
 //! What a controller is given in every period of a whole weld, as the C program of
 //! `c-interface/examples/weld.c` reads it: for the comparison of host and target.
 
-use crate::support::{Fixtures, law};
+use crate::cell::support::{Fixtures, law};
 use nalgebra::Matrix3;
 use std::ops::ControlFlow;
 use trueweld_core::compensation::{Compensator, Observation};

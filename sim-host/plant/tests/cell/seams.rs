@@ -1,8 +1,8 @@
 //! Seams of any shape: a curved seam that is straight is the straight one, the process turns with the
 //! seam, deviations count from the real one, and what the arm cannot weld is refused.
 
-use crate::KR500;
-use crate::support::{Fixtures, law};
+use crate::cell::KR500;
+use crate::cell::support::{Fixtures, law};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use trueweld_core::JointVector;

@@ -1,6 +1,6 @@
 //! The welding cell of the fixtures, for tests that span the plant.
 
-use crate::fixture;
+use super::fixture;
 use nalgebra::Vector3;
 use trueweld_compensators::{Entry, find};
 use trueweld_core::{Pose, Robot};

@@ -1,6 +1,6 @@
 //! A base that gives is a spring in series with the joints', in motion as at rest.
 
-use crate::KR500;
+use crate::cell::KR500;
 use nalgebra::{Matrix6, Vector3};
 use trueweld_core::{JointVector, Robot};
 use trueweld_plant::effects::{Effect, EffectKind, Location};

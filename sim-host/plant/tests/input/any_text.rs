@@ -1,6 +1,8 @@
 //! No text whatever makes a reader panic.
 
-use crate::{CONTROL, JOGGLE, PROCESS, ROBOT, SENSORS, URDF, VERTICAL, check, parse, rendered};
+use crate::input::{
+    CONTROL, JOGGLE, PROCESS, ROBOT, SENSORS, URDF, VERTICAL, check, parse, rendered,
+};
 use proptest::prelude::*;
 use std::fs;
 use trueweld_plant::input::*;

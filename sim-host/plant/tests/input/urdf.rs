@@ -1,6 +1,6 @@
 //! URDFs become robot files, and what they do not say must be filled in.
 
-use crate::{URDF, fixture, rendered};
+use crate::input::{URDF, fixture, rendered};
 use nalgebra::{Matrix3, Matrix4, Rotation3, Vector3, Vector4};
 use std::fs;
 use trueweld_plant::input::*;

@@ -1,0 +1,16 @@
+//! The program as a user runs it.
+
+mod certificate;
+mod cli;
+mod docs;
+mod files;
+mod first_day;
+mod mistakes;
+mod rare;
+mod record;
+mod rsi;
+mod samples;
+mod shards;
+mod study;
+mod support;
+mod tune;

@@ -1,0 +1,5 @@
+//! Input files, effects and the motion of the cell.
+
+mod cell;
+mod input;
+mod model;

@@ -1,0 +1,33 @@
+//! What spans crates: physics, laws, certificates, diagnosis, and the shape of the sources.
+
+mod any_start;
+mod campaign;
+mod certify;
+mod compare_laws;
+mod compensation;
+mod control;
+mod corpus;
+mod deflection;
+mod discovery;
+mod dynamics;
+mod effect_files;
+mod faults;
+mod fuzz;
+mod geometry;
+mod golden;
+mod identify;
+mod imports;
+mod information;
+mod intervals;
+mod kinematics;
+mod laws;
+mod mistakes;
+mod own_law;
+mod precision;
+mod prediction;
+mod published;
+mod resonance;
+mod same_answer;
+mod stability;
+mod weld_alone;
+mod words;
