@@ -164,6 +164,7 @@ fn cut_logs_are_explained_alike(folder: &Path, names: &[&str], seed: u64) {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn cut_logs_with_play_are_explained_as_whole_ones() {
     let logs = ["static", "ring-25", "free"];
     cut_logs_are_explained_alike(&fixture("campaigns/backlash"), &logs, 15);

@@ -48,18 +48,21 @@ fn an_effect_of_a_joint_is_named() {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn an_effect_of_the_process_is_named() {
     let judged = effect("advancing-side", 3);
     assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn an_effect_of_a_sensor_is_named() {
     let judged = effect("force-crosstalk", 4);
     assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn what_the_library_does_not_have_is_unknown() {
     let judged = examined(
         "appendage",
@@ -76,6 +79,7 @@ fn of_usual_length(index: usize) -> Judged {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn what_shows_a_little_in_many_channels_is_named_where_noise_is_stated() {
     // The tool's mass: no channel's sum of squares falls by 8 %.
     let judged = of_usual_length(4);
@@ -84,6 +88,7 @@ fn what_shows_a_little_in_many_channels_is_named_where_noise_is_stated() {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn an_offset_that_is_the_same_in_all_logs_is_told_as_one() {
     // Of the force sensor: nine values of three logs cost more than it shows, three do not.
     let judged = of_usual_length(10);
@@ -97,6 +102,7 @@ fn outside_the_library(seed: u64, index: usize) -> Judged {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn an_encoder_s_zero_is_not_told_from_how_the_link_before_is_turned() {
     // A6's axis goes through the wrist: A5's link turned about it is the same.
     let mut protocol = ProtocolFile::read(fixture("protocols/hose-pack.toml")).expect("a protocol");
@@ -123,6 +129,7 @@ fn an_encoder_s_zero_is_not_told_from_how_the_link_before_is_turned() {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn a_stiffness_that_goes_with_the_angle_is_found_in_ring_downs() {
     let judged = outside_the_library(6, 10);
     assert!(judged.truth[0].starts_with("preload"), "{judged:#?}");
@@ -130,6 +137,7 @@ fn a_stiffness_that_goes_with_the_angle_is_found_in_ring_downs() {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn a_law_is_looked_for_where_calibrations_leave_nothing_that_stands_out() {
     let judged = outside_the_library(7, 28);
     assert!(judged.truth[0].starts_with("refraction"), "{judged:#?}");

@@ -71,6 +71,7 @@ fn an_effect_that_leaves_what_stands_out_is_not_the_answer() {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn friction_that_fades_is_not_taken_for_friction() {
     let fading = OutsideLaw {
         name: "fading",
@@ -93,6 +94,7 @@ fn friction_that_fades_is_not_taken_for_friction() {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn hoses_that_rub_are_found_over_the_way_of_their_joint() {
     let law = OutsideLaw {
         name: "rubbing",
@@ -122,6 +124,7 @@ fn hoses_that_rub_are_found_over_the_way_of_their_joint() {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn hoses_that_rub_and_spring_back_are_one_law() {
     let law = OutsideLaw {
         name: "hose-pack",
@@ -144,6 +147,7 @@ fn hoses_that_rub_and_spring_back_are_one_law() {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn a_hose_whose_lever_turns_with_the_joint_before_is_found_over_both_angles() {
     let law = OutsideLaw::named("umbilical").expect("one of them");
     let (diagnosis, found) = found(Some(vec![law.effect(1.0)]));
@@ -183,6 +187,7 @@ fn moves(plan: &Plan) -> PlannedLog {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn the_experiment_that_is_planned_settles_what_one_log_leaves_open() {
     // In one motion friction that goes with the angle of A2 may as well go with the time.
     let law = OutsideLaw::named("bent-disc").expect("one of them");
@@ -222,6 +227,7 @@ fn the_experiment_that_is_planned_settles_what_one_log_leaves_open() {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn a_gear_out_of_round_is_not_taken_for_a_piece_of_a_wave() {
     let law = OutsideLaw::named("out-of-round").expect("one of them");
     let (diagnosis, found) = found(Some(vec![law.effect(3.0)]));
@@ -237,6 +243,7 @@ fn a_gear_out_of_round_is_not_taken_for_a_piece_of_a_wave() {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn a_fifth_of_an_encoders_wave_is_that_or_undecided() {
     // Second encoders that one free motion shows over 22 mrad, a fifth of the wave's length.
     let kind = EffectKind::of("link-encoder-ripple").expect("of the library");
@@ -254,6 +261,7 @@ fn a_fifth_of_an_encoders_wave_is_that_or_undecided() {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn a_material_that_softens_beside_trackers_that_are_off_is_no_law() {
     // In contact, what is off moves the force by thirty times the noise, and not in proportion.
     let hidden = effect("thermal-softening", Location::Cell, &[0.0942, 10.9]);

@@ -39,12 +39,14 @@ fn nothing_is_missing_where_only_the_geometry_is_off() {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn an_effect_in_the_torques_is_named_beside_it() {
     let judged = examined("joint-friction", 12);
     assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn an_effect_in_the_poses_is_named_beside_it() {
     // A foot that gives and a first bearing that does are the same to any tracker.
     let foot = examined("base-compliance", 13);
@@ -67,17 +69,20 @@ fn is_named_for_what_it_is(id: &str, joint: usize, value: f64, near: f64) {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn an_encoder_zeroed_far_off_is_no_link_mounted_off() {
     // A turn of the link before it about the same axis, two of whose values would make it.
     is_named_for_what_it_is("encoder-offset", 4, 2.2e-3, 1e-5);
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn a_second_encoder_zeroed_far_off_is_no_wave_of_it() {
     is_named_for_what_it_is("link-encoder-offset", 1, 3e-3, 1e-5);
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn a_joint_far_softer_than_its_file_says_is_no_gear_of_another_kind() {
     is_named_for_what_it_is("stiffness-error", 2, -0.4, 1e-2);
 }

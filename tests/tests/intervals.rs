@@ -30,6 +30,7 @@ fn told(seeds: std::ops::Range<u64>) -> (usize, usize) {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn intervals_hold_the_truth_beside_calibrations_that_are_left_out() {
     let (of, hold) = told(1..7);
     // Nine in ten: where what is left out counts as known, 23 of these 27 hold it.

@@ -64,6 +64,7 @@ fn named(weld_name: &str, id: &str, value: (&str, f64), seed: u64) {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn a_material_that_is_softer_or_firmer_is_not_taken_for_a_sensor_or_a_law() {
     named("coupon", "process-stiffness-error", ("relative", -0.25), 21);
     named("coupon", "process-stiffness-error", ("relative", 0.3), 22);
@@ -71,11 +72,13 @@ fn a_material_that_is_softer_or_firmer_is_not_taken_for_a_sensor_or_a_law() {
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn a_drag_that_hardly_grows_with_the_feed_is_named() {
     named("coupon", "feed-power-law", ("exponent", 0.6), 31);
 }
 
 #[test]
+#[ignore = "release checklist"]
 fn a_force_sensor_that_reads_too_little_is_named() {
     named("coupon", "force-scale", ("relative", -0.2), 24);
 }
