@@ -1,6 +1,6 @@
 //! The spindle's ripple on the arm's modes, and what the force loop makes of it: with the lines
 //! taken out of its error and its gains scaled by the posture's stiffness, and without. What is
-//! found is in `docs/resonance.md`.
+//! found is in `docs/results.md`.
 
 use trueweld_plant::simulate::Controller;
 use trueweld_tests::resonance::{fixtures, mean_push, started_at, step, stiffness, unscaled, weld};

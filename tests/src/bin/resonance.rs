@@ -1,4 +1,5 @@
-//! Prints the tables of `docs/resonance.md`, in a minute or two.
+//! Prints amplitudes at the spindle's order with drives that are held, with and without the notch:
+//! what `docs/results.md` states of them. In a minute or two.
 
 use trueweld_plant::simulate::Controller;
 use trueweld_tests::resonance::{Lines, fixtures, started_at, unscaled, usable, weld};
