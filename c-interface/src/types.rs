@@ -4,7 +4,7 @@ use core::ffi::CStr;
 use nalgebra::{Matrix3, SVector, Vector3};
 use trueweld_compensators::ConfigurationError;
 use trueweld_core::compensation::DeviationMeasurement;
-use trueweld_core::control::{Command, SensorReadings, Setpoint};
+use trueweld_core::control::{DriveCommand, SensorReadings, Setpoint};
 use trueweld_core::{Fault, Real, Twist, Wrench};
 
 /// Version of the structs and functions.
@@ -314,7 +314,7 @@ impl<T: Real> Inputs<T> {
 
 impl<T: Real> Outputs<T> {
     /// A command with the correction in force.
-    pub(crate) fn of(command: &Command<T>, correction: &Twist<T>) -> (Self, Status) {
+    pub(crate) fn of(command: &DriveCommand<T>, correction: &Twist<T>) -> (Self, Status) {
         let (status, joint) = match command.fault {
             None => (Status::Ok, 6),
             Some(Fault::Encoder(joint)) => (Status::FaultEncoder, joint),

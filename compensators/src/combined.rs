@@ -49,17 +49,21 @@ impl Default for CombinedGains {
 mod directions {
     use serde::{Deserialize, Deserializer, Serializer, de::Error};
 
-    const NAMES: [&str; 6] = ["rx", "ry", "rz", "x", "y", "z"];
+    const CORRECTION_AXES: [&str; 6] = ["rx", "ry", "rz", "x", "y", "z"];
 
     pub fn serialize<S: Serializer>(owned: &[bool; 6], serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(NAMES.iter().zip(owned).filter(|(_, owned)| **owned).map(|(n, _)| n))
+        serializer.collect_seq(
+            CORRECTION_AXES.iter().zip(owned).filter(|(_, owned)| **owned).map(|(n, _)| n),
+        )
     }
 
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[bool; 6], D::Error> {
         let mut owned = [false; 6];
         for name in Vec::<String>::deserialize(deserializer)? {
-            let k = NAMES.iter().position(|n| *n == name).ok_or_else(|| {
-                D::Error::custom(format!("{name:?} is no direction; expected some of {NAMES:?}"))
+            let k = CORRECTION_AXES.iter().position(|n| *n == name).ok_or_else(|| {
+                D::Error::custom(format!(
+                    "{name:?} is no direction; expected some of {CORRECTION_AXES:?}"
+                ))
             })?;
             owned[k] = true;
         }

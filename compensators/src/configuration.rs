@@ -246,7 +246,7 @@ impl Configuration {
     /// SHA-256 of all its numbers, in the order of the fields, little-endian.
     pub fn digest(&self) -> [u8; 32] {
         let Self { version, bytes: _, robot, control, law } = self;
-        let mut hash = Hash(Sha256::new());
+        let mut hash = ConfigurationHash(Sha256::new());
         hash.integer(*version);
         robot.hash(&mut hash);
         control.hash(&mut hash);
@@ -256,9 +256,9 @@ impl Configuration {
 }
 
 /// SHA-256 over numbers.
-struct Hash(Sha256);
+struct ConfigurationHash(Sha256);
 
-impl Hash {
+impl ConfigurationHash {
     // Once in flash, not once a field.
     #[inline(never)]
     fn bytes(&mut self, bytes: &[u8]) {
@@ -349,7 +349,7 @@ impl RobotNumbers {
         })
     }
 
-    fn hash(&self, hash: &mut Hash) {
+    fn hash(&self, hash: &mut ConfigurationHash) {
         let Self {
             gravity, joints, viscous, coulomb, smoothing, cosine_terms, table_points, ..
         } = self;
@@ -410,7 +410,7 @@ impl JointNumbers {
         }
     }
 
-    fn hash(&self, hash: &mut Hash) {
+    fn hash(&self, hash: &mut ConfigurationHash) {
         let Self { origin, axis, limits, max_rate, max_torque, stiffness, damping, .. } = self;
         let Self { rotor_inertia, mass, center_of_mass, inertia, .. } = self;
         hash.numbers(origin);
@@ -515,7 +515,7 @@ impl ControlNumbers {
         }
     }
 
-    fn hash(&self, hash: &mut Hash) {
+    fn hash(&self, hash: &mut ConfigurationHash) {
         let Self { scheme, reserved: _, period, position_kp, position_ki, position_kd, .. } = self;
         let Self { force_kp, force_ki, force_kd, force_max_correction, force_max_rate, .. } = self;
         let Self { material_stiffness, tuned_stiffness, lateral, orientation, .. } = self;
@@ -571,7 +571,7 @@ impl LawNumbers {
         Ok(Setup { period, length, following })
     }
 
-    fn hash(&self, hash: &mut Hash) {
+    fn hash(&self, hash: &mut ConfigurationHash) {
         let Self { name, length, following_rate, following_along, following_size, .. } = self;
         let Self { gain_count, reserved: _, gains, .. } = self;
         hash.name(name);

@@ -17,7 +17,7 @@ use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// Largest age of a measurement, periods.
-const REMEMBERED: usize = 32;
+const HISTORY_PERIODS: usize = 32;
 
 /// The second equal reading in a row is not used: sensors have noise. A live one whose steps are as
 /// coarse as its noise loses a few readings by it.
@@ -35,14 +35,14 @@ pub(crate) fn beside_depth<T: Real>(measurement: &DeviationMeasurement<T>) -> SV
 pub(crate) struct DeviationHistory<T: Real> {
     period: T,
     /// E − x̂₀, newest last.
-    past: Deque<Twist<T>, REMEMBERED>,
+    past: Deque<Twist<T>, HISTORY_PERIODS>,
     /// What was read last in each direction that a sensor measures most.
-    read: [Readings<T>; 6],
+    read: [DirectionReadings<T>; 6],
 }
 
 /// Readings of one direction.
 #[derive(Debug, Clone, Copy)]
-struct Readings<T: Real> {
+struct DirectionReadings<T: Real> {
     equal: RepeatCounter<T>,
     /// The last innovation; `None` before the first.
     innovation: Option<T>,
@@ -50,7 +50,7 @@ struct Readings<T: Real> {
 
 impl<T: Real> DeviationHistory<T> {
     pub fn new(period: T) -> Self {
-        let none = Readings { equal: RepeatCounter::new(), innovation: None };
+        let none = DirectionReadings { equal: RepeatCounter::new(), innovation: None };
         Self { period, past: Deque::new(), read: [none; 6] }
     }
 

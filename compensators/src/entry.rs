@@ -29,11 +29,11 @@ pub struct Entry {
     summary: Cow<'static, str>,
     needs: Needs,
     pace: &'static [&'static str],
-    recipe: Recipe,
+    recipe: LawRecipe,
 }
 
 #[derive(Clone)]
-enum Recipe {
+enum LawRecipe {
     Law { defaults: fn() -> Table, build: fn(Table, &Setup<f64>) -> Result<Boxed, Refusal> },
     Combined(Arc<[Entry; 2]>),
 }
@@ -74,8 +74,8 @@ impl Entry {
             name: L::NAME.into(),
             summary: L::SUMMARY.into(),
             needs: L::NEEDS,
-            pace: L::PACE,
-            recipe: Recipe::Law {
+            pace: L::BANDWIDTH_GAINS,
+            recipe: LawRecipe::Law {
                 defaults: || table(&L::Gains::default()),
                 build: |gains, setup| {
                     let gains: L::Gains = gains.try_into().map_err(Refusal::Table)?;
@@ -97,7 +97,7 @@ impl Entry {
                 passes: first.needs.passes || second.needs.passes,
             },
             pace: &[],
-            recipe: Recipe::Combined(Arc::new([first, second])),
+            recipe: LawRecipe::Combined(Arc::new([first, second])),
         }
     }
 
@@ -124,8 +124,8 @@ impl Entry {
     /// Its gains where a control file is silent.
     pub fn defaults(&self) -> Table {
         match &self.recipe {
-            Recipe::Law { defaults, .. } => defaults(),
-            Recipe::Combined(_) => table(&CombinedGains::default()),
+            LawRecipe::Law { defaults, .. } => defaults(),
+            LawRecipe::Combined(_) => table(&CombinedGains::default()),
         }
     }
 
@@ -143,8 +143,8 @@ impl Entry {
     pub fn build(&self, gains: &GainTables, setup: &Setup<f64>) -> Result<Boxed, BuildError> {
         let own = self.gains(gains);
         let built = match &self.recipe {
-            Recipe::Law { build, .. } => build(own, setup),
-            Recipe::Combined(laws) => {
+            LawRecipe::Law { build, .. } => build(own, setup),
+            LawRecipe::Combined(laws) => {
                 let [first, second] = &**laws;
                 let inner = [first.build(gains, setup)?, second.build(gains, setup)?];
                 combine(inner.map(Inner), own, setup)
@@ -222,7 +222,7 @@ pub fn library() -> &'static [Entry] {
 
 /// Why laws are not taken into the library.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum InstallError {
+pub enum LawInstallError {
     /// Not [`may_be_name`].
     Name(String),
     /// A name that another law has.
@@ -231,7 +231,7 @@ pub enum InstallError {
     Late,
 }
 
-impl fmt::Display for InstallError {
+impl fmt::Display for LawInstallError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Name(name) => write!(
@@ -244,7 +244,7 @@ impl fmt::Display for InstallError {
     }
 }
 
-impl std::error::Error for InstallError {}
+impl std::error::Error for LawInstallError {}
 
 /// Whether a law may be called so: lower-case letters, digits and hyphens, beginning with a letter.
 pub fn may_be_name(name: &str) -> bool {
@@ -255,20 +255,20 @@ pub fn may_be_name(name: &str) -> bool {
 /// Adds laws to the library of this program: once, before any law is looked up.
 ///
 /// # Errors
-/// [`InstallError`]; the library is then as it was.
-pub fn install(own: Vec<Entry>) -> Result<(), InstallError> {
+/// [`LawInstallError`]; the library is then as it was.
+pub fn install(own: Vec<Entry>) -> Result<(), LawInstallError> {
     let mut all = of_table();
     for entry in own {
         let name = entry.name();
         if !may_be_name(name) {
-            return Err(InstallError::Name(name.to_owned()));
+            return Err(LawInstallError::Name(name.to_owned()));
         }
         if all.iter().any(|law| law.name == entry.name) {
-            return Err(InstallError::Taken(name.to_owned()));
+            return Err(LawInstallError::Taken(name.to_owned()));
         }
         all.push(entry);
     }
-    LIBRARY.set(all).map_err(|_| InstallError::Late)
+    LIBRARY.set(all).map_err(|_| LawInstallError::Late)
 }
 
 /// The law of a name, or the combination of laws with a plus between their names.

@@ -12,10 +12,10 @@ use trueweld_core::scalar::lit;
 use trueweld_core::{JOINTS, Real};
 
 /// An unknown is held within so many of its prior deviations.
-const REACH: f64 = 3.0;
+const PRIOR_DEVIATIONS_MAX: f64 = 3.0;
 
 /// Least relative compliance error: a joint is at most 1/0.3 times as stiff as the model says.
-const LEAST: f64 = -0.7;
+const COMPLIANCE_ERROR_MIN: f64 = -0.7;
 
 /// `N` unknowns, the first six of them relative errors of the joints' compliances.
 #[derive(Debug, Clone)]
@@ -65,8 +65,8 @@ impl<T: Real, const N: usize> Estimate<T, N> {
             let most = self.prior[i] * self.prior[i];
             let grown = self.covariance[(i, i)] + self.growth[i];
             self.covariance[(i, i)] = grown.min(most).max(most * lit(1e-9));
-            let reach = self.prior[i] * lit(REACH);
-            let least = if i < JOINTS { (-reach).max(lit(LEAST)) } else { -reach };
+            let reach = self.prior[i] * lit(PRIOR_DEVIATIONS_MAX);
+            let least = if i < JOINTS { (-reach).max(lit(COMPLIANCE_ERROR_MIN)) } else { -reach };
             self.unknown[i] = self.unknown[i].max(least).min(reach);
         }
         // What rounding takes from its symmetry.

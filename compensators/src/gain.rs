@@ -37,6 +37,12 @@ pub(crate) fn positive(value: impl Real, key: &'static str) -> Result<(), GainEr
     require(value.is_finite() && value > nalgebra::zero(), key, "a number above 0")
 }
 
+/// What a gain of at most 1 must be.
+pub(crate) const AT_MOST_ONE: &str = "a number above 0 and at most 1";
+
+/// What a gain of at most 10 must be.
+pub(crate) const AT_MOST_TEN: &str = "a number above 0 and at most 10";
+
 /// A control period.
 pub(crate) fn usable_period(period: impl Real) -> Result<(), GainError> {
     positive(period, "period_s")

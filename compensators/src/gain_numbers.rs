@@ -129,7 +129,7 @@ impl<'de> Deserializer<'de> for Gains<'_> {
     type Error = Refused;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refused> {
-        let entries = self.0.iter().map(|gain| (gain.key.as_str(), Values(gain.numbers())));
+        let entries = self.0.iter().map(|gain| (gain.key.as_str(), GainValues(gain.numbers())));
         visitor.visit_map(MapDeserializer::new(entries))
     }
 
@@ -153,9 +153,9 @@ impl<'de> Deserializer<'de> for Gains<'_> {
 
 /// The numbers of one gain as serde's input.
 #[derive(Clone, Copy)]
-struct Values<'a>(&'a [f64]);
+struct GainValues<'a>(&'a [f64]);
 
-impl<'de> IntoDeserializer<'de, Refused> for Values<'_> {
+impl<'de> IntoDeserializer<'de, Refused> for GainValues<'_> {
     type Deserializer = Self;
 
     fn into_deserializer(self) -> Self {
@@ -163,7 +163,7 @@ impl<'de> IntoDeserializer<'de, Refused> for Values<'_> {
     }
 }
 
-impl<'de> Deserializer<'de> for Values<'_> {
+impl<'de> Deserializer<'de> for GainValues<'_> {
     type Error = Refused;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refused> {

@@ -19,7 +19,7 @@ pub trait Law<T: Real> {
 
     /// Those of its gains that set how fast it acts: with all of them multiplied by a factor the law
     /// is that much faster. What tunes laws turns these.
-    const PACE: &'static [&'static str] = &[];
+    const BANDWIDTH_GAINS: &'static [&'static str] = &[];
 
     /// Its gains, `[law.NAME]` of a control file: a struct with the unit in the name of each field.
     /// The default is what holds where the file is silent. [`NoGains`] for none.

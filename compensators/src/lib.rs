@@ -48,7 +48,9 @@ pub use configuration::{
     LawNumbers, LimitNumbers, RobotNumbers, Scheme,
 };
 #[cfg(feature = "host")]
-pub use entry::{BuildError, Entry, GainTables, InstallError, find, install, library, may_be_name};
+pub use entry::{
+    BuildError, Entry, GainTables, LawInstallError, find, install, library, may_be_name,
+};
 pub use gain::{GainError, require};
 #[cfg(feature = "configuration")]
 pub use gain_numbers::{Character, GAIN_VALUES, GAINS, GainNumbers, NAME_BYTES, Name};

@@ -4,7 +4,7 @@ use crate::configuration::{Configuration, ConfigurationError, Scheme};
 use crate::law::Law;
 use trueweld_core::compensation::{Compensated, Compensator, Observation};
 use trueweld_core::control::{
-    Command, External, HybridController, Parallel, SensorReadings, Setpoint, Superposed,
+    DriveCommand, External, HybridController, Parallel, SensorReadings, Setpoint, Superposed,
 };
 use trueweld_core::{JointVector, Real, Robot, Twist};
 
@@ -33,7 +33,7 @@ impl<T: Real> HybridController<T> for Hybrid<T> {
         robot: &Robot<T>,
         setpoint: &Setpoint<T>,
         sensed: &SensorReadings<T>,
-    ) -> Command<T> {
+    ) -> DriveCommand<T> {
         match self {
             Self::Parallel(controller) => controller.cycle(robot, setpoint, sensed),
             Self::Superposed(controller) => controller.cycle(robot, setpoint, sensed),
@@ -100,7 +100,7 @@ impl<T: Real, L: Compensator<T>> RunningCore<T, L> {
     }
 
     /// One control period; see [`Compensated::cycle`].
-    pub fn cycle(&mut self, observation: &Observation<'_, T>) -> Command<T> {
+    pub fn cycle(&mut self, observation: &Observation<'_, T>) -> DriveCommand<T> {
         self.controller.cycle(&self.robot, observation)
     }
 

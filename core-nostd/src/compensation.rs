@@ -17,7 +17,7 @@
 //! so that an error of geometry, zeros or stiffness enters with what load and way add to it.
 
 use crate::control::{
-    Command, ForceSensorCheck, ForceSensorLimits, HybridController, SensorReadings, Setpoint,
+    DriveCommand, ForceSensorCheck, ForceSensorLimits, HybridController, SensorReadings, Setpoint,
 };
 use crate::error::Fault;
 use crate::robot::Robot;
@@ -332,7 +332,7 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
     /// and a path that cannot be are faults of the law.
     ///
     /// Returns the controller's command, with the law's fault if the controller had none.
-    pub fn cycle(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> Command<T> {
+    pub fn cycle(&mut self, robot: &Robot<T>, observation: &Observation<'_, T>) -> DriveCommand<T> {
         let Observation { setpoint, sensed, .. } = *observation;
         let wrench = self.force_sensor.checked(robot, setpoint, sensed);
         let sensed = &SensorReadings { wrench, ..*sensed };

@@ -5,20 +5,22 @@
 //! mathematics of [`health`](crate::health). Its memory has a fixed size.
 //!
 //! **A line climbs** where the amplitude of the spindle's first or second order in the push exceeds
-//! [`CLIMB`] times its usual level by [`NOISE`] standard deviations of what the rest of the channel
-//! leaves of noise in it. The usual level is learned for [`LEARNING`] s, beginning [`SETTLING`] s
-//! after the push asked for stands still, and then follows over a minute: along a seam the arm
-//! answers its spindle differently from place to place. What climbs more slowly is not seen.
+//! [`CLIMB`] times its usual level by [`CLIMB_NOISE_DEVIATIONS`] standard deviations of what the
+//! rest of the channel leaves of noise in it. The usual level is learned for [`LEARNING`] s,
+//! beginning [`SETTLING`] s after the push asked for stands still, and then follows over a minute:
+//! along a seam the arm answers its spindle differently from place to place. What climbs more
+//! slowly is not seen.
 //!
-//! **A drive rings** where for [`HOLD`] s its rate is a narrow line that dies away slower than
-//! [`DAMPING`] of critical, or grows. Mean and spindle's orders are taken out first, within 0.6 Hz,
-//! and x_k = a₁ x_{k−1} + a₂ x_{k−2} is fitted to the rest, old periods forgotten exponentially. Its
-//! poles are r e^{±iθ} with r² = −a₂ and cos θ = a₁/2r; near r = 1, 2r = 1 − a₂ and −ln r =
-//! (1 + a₂)/2, so that the damping is (1 + a₂)/2θ, below zero for a line that grows. The line is
-//! narrow where that explains four fifths of the square. The fit has x_{k−3} and x_{k−4} as
-//! instrumental variables, and not least squares: the steps of the encoders, differentiated, are
-//! noise that reaches over two periods, and would damp a small line. (Young 2011, 6.) Lines below
-//! [`LOWEST`] are not watched: the beginning of the feed makes such.
+//! **A drive rings** where for [`RINGING_TIME`] s its rate is a narrow line that dies away slower
+//! than [`RINGING_DAMPING_RATIO`] of critical, or grows. Mean and spindle's orders are taken out
+//! first, within 0.6 Hz, and x_k = a₁ x_{k−1} + a₂ x_{k−2} is fitted to the rest, old periods
+//! forgotten exponentially. Its poles are r e^{±iθ} with r² = −a₂ and cos θ = a₁/2r; near r = 1, 2r
+//! = 1 − a₂ and −ln r = (1 + a₂)/2, so that the damping is (1 + a₂)/2θ, below zero for a line that
+//! grows. The line is narrow where that explains four fifths of the square. The fit has x_{k−3} and
+//! x_{k−4} as instrumental variables, and not least squares: the steps of the encoders,
+//! differentiated, are noise that reaches over two periods, and would damp a small line. (Young
+//! 2011, 6.) Lines below [`LINE_FREQUENCY_MIN`] are not watched: the beginning of the feed makes
+//! such.
 //!
 //! Left out: faults. A sample that is not a number is passed over, and what a dead sensor does is
 //! for the controllers to see.
@@ -31,13 +33,13 @@ use core::f32::consts::TAU;
 use micromath::F32Ext;
 
 /// Orders of the spindle that are watched.
-pub const ORDERS: [u8; 2] = [1, 2];
+pub const WATCHED_ORDERS: [u8; 2] = [1, 2];
 
 /// A line climbs beyond so many times its usual level …
 pub const CLIMB: f32 = 1.5;
 
 /// … and so many standard deviations of its noise.
-pub const NOISE: f32 = 5.0;
+pub const CLIMB_NOISE_DEVIATIONS: f32 = 5.0;
 
 /// Time from which the push asked for stands still until its lines have settled, s: three of their
 /// time constants.
@@ -47,10 +49,10 @@ pub const SETTLING: f32 = 3.0 * LINE_TIME;
 pub const LEARNING: f32 = 4.0;
 
 /// A drive rings below this share of critical damping: what dies away by less than 12 % a cycle.
-pub const DAMPING: f32 = 0.02;
+pub const RINGING_DAMPING_RATIO: f32 = 0.02;
 
 /// Time for which a drive has to ring, s: longer than what the beginning of the feed leaves.
-pub const HOLD: f32 = 1.0;
+pub const RINGING_TIME: f32 = 1.0;
 
 /// Time constant of the lines in the push and of its vibration, s: 20 turns at 600 rpm.
 const LINE_TIME: f32 = 2.0;
@@ -66,10 +68,10 @@ const DRIVE_LINE_TIME: f32 = 0.25;
 const RING_TIME: f32 = 1.0;
 
 /// Lowest frequency of a line that is watched, Hz: half of the lowest mode of a heavy arm.
-pub const LOWEST: f32 = 4.0;
+pub const LINE_FREQUENCY_MIN: f32 = 4.0;
 
 /// Share of its square that a narrow line leaves unexplained at most.
-const UNEXPLAINED: f32 = 0.2;
+const LINE_UNEXPLAINED_MAX: f32 = 0.2;
 
 /// A line of the spindle in the push.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -98,8 +100,9 @@ pub struct DriveSignal {
 /// What is seen in a period.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct HealthSignals {
-    /// The spindle's lines in the push, in the order of [`ORDERS`]; zeros without a force loop.
-    pub lines: [LineSignal; ORDERS.len()],
+    /// The spindle's lines in the push, in the order of [`WATCHED_ORDERS`]; zeros without a force
+    /// loop.
+    pub lines: [LineSignal; WATCHED_ORDERS.len()],
     /// RMS of the push without mean and lines, N.
     pub vibration: f32,
     /// The drives, A1 to A6.
@@ -123,8 +126,8 @@ pub struct HealthMonitor {
     asked: Option<f32>,
     /// Time since when it stands still, s.
     still: f32,
-    lines: [SpindleLine; ORDERS.len()],
-    usual: [f32; ORDERS.len()],
+    lines: [SpindleLine; WATCHED_ORDERS.len()],
+    usual: [f32; WATCHED_ORDERS.len()],
     vibration: VibrationLevel,
     /// Factor from the vibration to what noise may make of a line.
     noise: f32,
@@ -136,7 +139,7 @@ impl HealthMonitor {
     ///
     /// `None` unless the period is positive and finite.
     pub fn new(period: f32) -> Option<Self> {
-        let [first, second] = ORDERS;
+        let [first, second] = WATCHED_ORDERS;
         let lines = |time| {
             Some([SpindleLine::new(first, time, period)?, SpindleLine::new(second, time, period)?])
         };
@@ -153,9 +156,9 @@ impl HealthMonitor {
             asked: None,
             still: 0.0,
             lines: lines(LINE_TIME)?,
-            usual: [0.0; ORDERS.len()],
+            usual: [0.0; WATCHED_ORDERS.len()],
             vibration: VibrationLevel::new(LINE_TIME, period)?,
-            noise: NOISE * root(share(LINE_TIME, period)?),
+            noise: CLIMB_NOISE_DEVIATIONS * root(share(LINE_TIME, period)?),
             drives: [drive; JOINTS],
         })
     }
@@ -187,7 +190,7 @@ impl HealthMonitor {
         if angle.is_finite() {
             self.angle = angle;
         }
-        let turns = ORDERS.map(|order| F32Ext::sin_cos(f32::from(order) * self.angle));
+        let turns = WATCHED_ORDERS.map(|order| F32Ext::sin_cos(f32::from(order) * self.angle));
         let mut seen = self.push(push, asked, turns);
         for ((drive, rate), seen) in self.drives.iter_mut().zip(encoder_rate).zip(&mut seen.drives)
         {
@@ -201,13 +204,13 @@ impl HealthMonitor {
         &mut self,
         push: f32,
         asked: Option<f32>,
-        turns: [(f32, f32); ORDERS.len()],
+        turns: [(f32, f32); WATCHED_ORDERS.len()],
     ) -> HealthSignals {
         if asked.is_none() || asked != self.asked {
             // A ramp of the push is no line.
             self.lines.iter_mut().for_each(SpindleLine::reset);
             self.vibration.reset();
-            (self.still, self.usual) = (0.0, [0.0; ORDERS.len()]);
+            (self.still, self.usual) = (0.0, [0.0; WATCHED_ORDERS.len()]);
         }
         self.asked = asked;
         let mut seen = HealthSignals::default();
@@ -238,7 +241,7 @@ impl HealthMonitor {
 /// The watch over one drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Drive {
-    lines: [SpindleLine; ORDERS.len()],
+    lines: [SpindleLine; WATCHED_ORDERS.len()],
     share: f32,
     /// Rate of the periods before, rad/s, without mean and lines.
     past: [f32; 4],
@@ -249,7 +252,12 @@ struct Drive {
 }
 
 impl Drive {
-    fn update(&mut self, rate: f32, turns: [(f32, f32); ORDERS.len()], period: f32) -> DriveSignal {
+    fn update(
+        &mut self,
+        rate: f32,
+        turns: [(f32, f32); WATCHED_ORDERS.len()],
+        period: f32,
+    ) -> DriveSignal {
         let x =
             self.lines.iter_mut().zip(turns).fold(rate, |rest, (line, turn)| line.take(rest, turn));
         let [x1, x2, x3, x4] = self.past;
@@ -263,14 +271,14 @@ impl Drive {
             }
             self.past = [x, x1, x2, x3];
         }
-        let lowest = LOWEST * TAU * period;
+        let lowest = LINE_FREQUENCY_MIN * TAU * period;
         let line = self.line().filter(|(angle, _)| *angle > lowest);
-        let lasts = line.is_some_and(|(angle, decay)| decay < DAMPING * angle);
+        let lasts = line.is_some_and(|(angle, decay)| decay < RINGING_DAMPING_RATIO * angle);
         self.held = if lasts { self.held + period } else { 0.0 };
         DriveSignal {
             rate: root(self.sums[0]),
             frequency: line.map_or(0.0, |(angle, _)| angle / (TAU * period)),
-            rings: self.held > HOLD,
+            rings: self.held > RINGING_TIME,
         }
     }
 
@@ -283,7 +291,7 @@ impl Drive {
         let a2 = (s13 * s04 - s14 * s03) / determinant;
         let cosine = a1 / (1.0 - a2);
         // Also false where there is no number.
-        let narrow = (s00 - a1 * s01 - a2 * s02).abs() < UNEXPLAINED * s00;
+        let narrow = (s00 - a1 * s01 - a2 * s02).abs() < LINE_UNEXPLAINED_MAX * s00;
         let swings = a2 < 0.0 && -1.0 < cosine && cosine < 1.0;
         (narrow && swings).then(|| (F32Ext::acos(cosine), 0.5 * (1.0 + a2)))
     }

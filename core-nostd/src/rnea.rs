@@ -95,7 +95,7 @@ impl<T: Real> Robot<T> {
         step: &Lanes3<T>,
         rate: &JointVector<T>,
         acceleration: &JointVector<T>,
-    ) -> Motion<T> {
+    ) -> LinkAcceleration<T> {
         let axis = Lanes3::from_vectors(&frames.axis);
         // Outward: ωᵢ = ωᵢ₋₁ + zᵢ vᵢ, ω̇ᵢ = ω̇ᵢ₋₁ + zᵢ aᵢ + ωᵢ₋₁ × zᵢ vᵢ.
         let spin = axis * Lanes(rate.data.0[0]);
@@ -106,7 +106,7 @@ impl<T: Real> Robot<T> {
         let field = acceleration_field(&omega, &omega_dot);
         // The base accelerates upwards, which is what gravity feels like to the links.
         let linear = field.times(step).moved_outward(&-self.parameters.gravity).sum_from_base();
-        Motion { field, linear }
+        LinkAcceleration { field, linear }
     }
 
     /// Gravity torque g(q) of the links and the tool, N·m.
@@ -139,12 +139,12 @@ impl<T: Real> Robot<T> {
 }
 
 /// Acceleration of every link: of its point at r from the frame's origin, `linear` + `field`·r.
-struct Motion<T: Real> {
+struct LinkAcceleration<T: Real> {
     linear: Lanes3<T>,
     field: Matrices<T>,
 }
 
-impl<T: Real> Motion<T> {
+impl<T: Real> LinkAcceleration<T> {
     /// Moment and force that each link alone asks for, by Newton and Euler, about its frame's
     /// origin.
     #[inline(never)]

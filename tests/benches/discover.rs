@@ -6,33 +6,33 @@
 use core::hint::black_box;
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use trueweld_laboratory::{Protocol, Recipe};
-use trueweld_measure::diagnose::{Diagnosis, Verdict, diagnose};
+use trueweld_measure::diagnose::{Diagnosis, DiagnosisVerdict, diagnose};
 use trueweld_measure::discover::discover;
 use trueweld_tests::corpus::{Ready, ready};
-use trueweld_tests::outside::OutsideLaw;
+use trueweld_tests::outside::FreeFormEffect;
 
 fn campaign() -> (Ready, Diagnosis) {
-    let law = OutsideLaw::named("strap").expect("a law").effect(1.0);
+    let law = FreeFormEffect::named("strap").expect("a law").effect(1.0);
     let protocol = Protocol { postures: 14, rings: 6, ring: 1.0, free: 30.0, welds: 3, seam: 0.3 };
     let recipe = Recipe { protocol, ..Recipe::plain(5).with_effect(law) };
     let ready = ready(&recipe).expect("the campaign is made");
-    let diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
-    let values: usize = ready.bench.experiments.iter().map(|e| e.compared.len()).sum();
+    let diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
+    let values: usize = ready.problem.logs.iter().map(|e| e.compared.len()).sum();
     println!("{values} values; {:?} by the library", diagnosis.verdict);
-    assert_ne!(diagnosis.verdict, Verdict::Adequate, "there is nothing to discover");
+    assert_ne!(diagnosis.verdict, DiagnosisVerdict::Adequate, "there is nothing to discover");
     (ready, diagnosis)
 }
 
 fn benches(criterion: &mut Criterion) {
     let (ready, diagnosis) = campaign();
     let look = |mut diagnosis: Diagnosis| {
-        black_box(discover(&ready.bench, &ready.logs, &mut diagnosis, &|_, _| ()))
+        black_box(discover(&ready.problem, &ready.logs, &mut diagnosis, &|_, _| ()))
     };
     assert_eq!(look(diagnosis.clone()).len(), 1, "the strap is found");
     let mut group = criterion.benchmark_group("campaign");
     group.sample_size(10);
     group.bench_function("diagnose", |b| {
-        b.iter(|| black_box(diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed")))
+        b.iter(|| black_box(diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed")))
     });
     group.bench_function("discover", |b| {
         b.iter_batched(|| diagnosis.clone(), look, BatchSize::PerIteration)

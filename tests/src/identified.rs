@@ -3,7 +3,7 @@
 use crate::LABORATORY;
 use std::f64::consts::LN_2;
 use trueweld_core::JOINTS;
-use trueweld_identify::{Target, identify};
+use trueweld_identify::{IdentificationTarget, identify};
 use trueweld_laboratory::{Protocol, Recipe};
 use trueweld_measure::data::campaign::read_logs;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
@@ -16,7 +16,7 @@ const PROCESS_NUMBERS: usize = 7;
 /// A campaign with what is to be identified in it.
 #[derive(Debug)]
 pub struct Case {
-    target: Target,
+    target: IdentificationTarget,
     recipe: Recipe,
     /// True factor on each number that the model states.
     factors: Vec<f64>,
@@ -48,7 +48,7 @@ impl Case {
         let protocol = Protocol { postures: 8, rings: 0, free: 0.0, welds: 0, ..Protocol::short() };
         let recipe = Recipe { protocol, ..Recipe::plain(seed) }.with_nuisance(0.0, 5e-5, 5e-5);
         let recipe = Recipe { stiffness_error: factors.map(|f| f - 1.0), ..recipe };
-        Self { target: Target::Stiffness, recipe, factors: factors.to_vec() }
+        Self { target: IdentificationTarget::Stiffness, recipe, factors: factors.to_vec() }
     }
 
     /// Loads at rest and three stops by the brakes.
@@ -63,7 +63,7 @@ impl Case {
             values: vec![factor - 1.0],
         });
         let recipe = Recipe { protocol, effects: effects.collect(), ..Recipe::plain(seed) };
-        Self { target: Target::Damping, recipe, factors: factors.to_vec() }
+        Self { target: IdentificationTarget::Damping, recipe, factors: factors.to_vec() }
     }
 
     /// Loads at rest and two welds, whose process the model states wrongly.
@@ -71,7 +71,7 @@ impl Case {
         let protocol = Protocol { rings: 0, free: 0.0, welds: 2, seam: 0.1, ..Protocol::short() };
         let recipe = Recipe { protocol, ..Recipe::plain(seed) };
         let factors = factors::<PROCESS_NUMBERS>(seed).to_vec();
-        Self { target: Target::Process, recipe, factors }
+        Self { target: IdentificationTarget::Process, recipe, factors }
     }
 }
 
@@ -83,7 +83,7 @@ pub fn examine(case: &Case) -> Result<Seen, Box<dyn std::error::Error>> {
     let folder = tempfile::tempdir()?;
     LABORATORY.write(&case.recipe, folder.path())?;
     let mut model = ModelFile::read(folder.path().join("model.toml"))?;
-    if let (Target::Process, Some(process)) = (case.target, &mut model.process) {
+    if let (IdentificationTarget::Process, Some(process)) = (case.target, &mut model.process) {
         for ((_, of), factor) in Process::NUMBERS.iter().zip(&case.factors) {
             of(process).into_iter().for_each(|number| *number /= factor);
         }

@@ -11,7 +11,7 @@ use trueweld_plant::effects::{Effect, Location};
 
 /// A law outside the library.
 #[derive(Debug, Clone, Copy)]
-pub struct OutsideLaw {
+pub struct FreeFormEffect {
     /// Its name.
     pub name: &'static str,
     /// The port that it acts at.
@@ -30,12 +30,12 @@ const fn law(
     joint: Option<usize>,
     expression: &'static str,
     over: &'static [&'static str],
-) -> OutsideLaw {
-    OutsideLaw { name, port, joint, expression, over }
+) -> FreeFormEffect {
+    FreeFormEffect { name, port, joint, expression, over }
 }
 
 /// The laws.
-pub static LAWS: &[OutsideLaw] = &[
+pub static LAWS: &[FreeFormEffect] = &[
     // A strap that is slack, then taut.
     law("strap", "link-torque", Some(3), "-900*max(link - 0.2, 0)", &["link"]),
     // A hose pack, slack to either side.
@@ -101,7 +101,7 @@ pub static LAWS: &[OutsideLaw] = &[
 ];
 
 /// Those with a memory, written together with the loops of the grammar.
-pub static LOOPS: &[OutsideLaw] = &[
+pub static LOOPS: &[FreeFormEffect] = &[
     // Hoses that rub on their clamps: Dahl's friction of the link.
     law("clamps", "link-torque", Some(3), "-150*dahl(link, 0.06)", &["link"]),
     // A seal that gives before it slides: Jenkins' element at the motor.
@@ -110,7 +110,7 @@ pub static LOOPS: &[OutsideLaw] = &[
 
 /// Those over two variables, of which neither is enough; written together with the surfaces that are
 /// looked at.
-pub static PAIRS: &[OutsideLaw] = &[
+pub static PAIRS: &[FreeFormEffect] = &[
     // A hose to the arm: its lever turns with the joint before.
     law(
         "umbilical",
@@ -151,7 +151,7 @@ pub fn cases(seed: u64, count: usize, protocol: &Protocol) -> Vec<CorpusCase> {
     let further = LOOPS.iter().cycle().take(loops).chain(PAIRS.iter().cycle().take(pairs));
     let laws = LAWS.iter().cycle().take(count).chain(further);
     let ground = LABORATORY.corpus(seed, count + loops + pairs, protocol).into_iter();
-    let of_law = |(index, (case, law)): (usize, (CorpusCase, &OutsideLaw))| CorpusCase {
+    let of_law = |(index, (case, law)): (usize, (CorpusCase, &FreeFormEffect))| CorpusCase {
         name: format!("{index:03}-{}", law.name),
         hidden: Hidden::Law(law.effect(1.0)),
         target: SHOWS * case.target,
@@ -160,7 +160,7 @@ pub fn cases(seed: u64, count: usize, protocol: &Protocol) -> Vec<CorpusCase> {
     ground.zip(laws).enumerate().map(of_law).collect()
 }
 
-impl OutsideLaw {
+impl FreeFormEffect {
     /// The law of a name.
     pub fn named(name: &str) -> Option<&'static Self> {
         LAWS.iter().chain(LOOPS).chain(PAIRS).find(|law| law.name == name)

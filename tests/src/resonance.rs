@@ -9,7 +9,7 @@ use trueweld_core::control::{ExternalGains, JointGains};
 use trueweld_evaluate::StepFigures;
 use trueweld_plant::input::Process;
 use trueweld_plant::simulate::{
-    Controller, Phase, Program, RecordRow, Recording, Scenario, Seam, run, start_angles,
+    ControllerKind, Phase, RecordRow, Recording, Scenario, Seam, WeldProgram, run, start_angles,
 };
 
 /// The first weld with the spindle at so many turns a minute and the external force loop so many
@@ -44,8 +44,8 @@ pub fn stiff(joint: &JointGains<f64>) -> JointGains<f64> {
 /// A run whose controller is told the spindle's rate, or is not.
 fn recorded(
     fixtures: &Fixtures,
-    controller: Controller,
-    program: Program,
+    controller: ControllerKind,
+    program: WeldProgram,
     told: bool,
 ) -> Option<Recording> {
     let cell = fixtures.cell(&[]);
@@ -77,7 +77,7 @@ pub struct Lines {
 }
 
 /// 180 mm of weld: ten seconds of steady part, so that a window over it tells lines 0.2 Hz apart.
-pub fn weld(rpm: f64, controller: Controller, faster: f64, told: bool) -> Lines {
+pub fn weld(rpm: f64, controller: ControllerKind, faster: f64, told: bool) -> Lines {
     lines(fixtures(rpm, faster), controller, told)
 }
 
@@ -87,14 +87,14 @@ pub fn mean_push(rpm: f64, faster: f64) -> f64 {
     let push = |seed| {
         let mut fixtures = fixtures(rpm, faster);
         fixtures.sensors.seed = seed;
-        lines(fixtures, Controller::External, true).push
+        lines(fixtures, ControllerKind::External, true).push
     };
     (1..=3).map(push).sum::<f64>() / 3.0
 }
 
-fn lines(mut fixtures: Fixtures, controller: Controller, told: bool) -> Lines {
+fn lines(mut fixtures: Fixtures, controller: ControllerKind, told: bool) -> Lines {
     fixtures.weld.end.y = fixtures.weld.start.y + 0.18;
-    let recording = recorded(&fixtures, controller, Program::Weld, told).expect("the run ends");
+    let recording = recorded(&fixtures, controller, WeldProgram::Weld, told).expect("the run ends");
     let rows: Vec<&RecordRow> =
         recording.rows.iter().filter(|r| r.phase == Phase::Steady).collect();
     let push = |r: &RecordRow| -r.force_w.z;
@@ -127,8 +127,8 @@ fn line(rows: &[&RecordRow], signal: impl Fn(&RecordRow) -> f64) -> f64 {
 
 /// The published step of 11 kN under external control; `None` where the loop does not come to rest.
 pub fn step(fixtures: &Fixtures, told: bool) -> Option<StepFigures> {
-    let program = Program::ForceStep { height: 11e3, hold: 1.0, length: 3.0 };
-    let recording = recorded(fixtures, Controller::External, program, told)?;
+    let program = WeldProgram::ForceStep { height: 11e3, hold: 1.0, length: 3.0 };
+    let recording = recorded(fixtures, ControllerKind::External, program, told)?;
     let figures = StepFigures::of(&recording, fixtures.weld.settle + 1.0, 11e3)?;
     let sound = recording.rows.iter().all(|r| r.fault.is_none()) && figures.settle_5pct.is_some();
     sound.then_some(figures)

@@ -8,7 +8,7 @@ use trueweld_measure::data::log::{Log, LogKind};
 use trueweld_measure::data::noise::instruments;
 use trueweld_measure::diagnose::diagnose;
 use trueweld_measure::fit::FitProblem;
-use trueweld_measure::predict::{Experiment, Model, Quantity};
+use trueweld_measure::predict::{BaselineModel, ComparedQuantity, PreparedLog};
 use trueweld_measure::residuals::compare::{baseline, experiments};
 use trueweld_plant::effects::{Effect, Location};
 use trueweld_plant::input::ModelFile;
@@ -35,9 +35,9 @@ fn cut(log: &Log, from: usize) -> Log {
 }
 
 /// Residuals of a log over their noise, each with its row.
-fn residuals(log: &Log, model: &Model, effects: &[Effect]) -> Vec<(usize, f64)> {
+fn residuals(log: &Log, model: &BaselineModel, effects: &[Effect]) -> Vec<(usize, f64)> {
     let noise = instruments(std::slice::from_ref(log));
-    let experiment = Experiment::new(log, &noise[0], model).expect("compared");
+    let experiment = PreparedLog::new(log, &noise[0], model).expect("compared");
     let prediction = experiment.predict(model, effects, None).expect("predicted");
     experiment.compared.iter().map(|c| c.row).zip(prediction.residual).collect()
 }
@@ -122,10 +122,10 @@ fn a_weld_cut_while_the_push_rises_does_not_say_where_its_channel_lies() {
     let weld = campaign.logs.iter().find(|log| log.name == "weld-2").expect("a weld");
     let log = cut(weld, 318);
     let noise = instruments(std::slice::from_ref(&log));
-    let experiment = Experiment::new(&log, &noise[0], &model).expect("compared");
+    let experiment = PreparedLog::new(&log, &noise[0], &model).expect("compared");
     let prediction = experiment.predict(&model, &[], None).expect("predicted");
     let across = experiment.compared.iter().zip(prediction.residual);
-    let across = across.filter(|(c, _)| c.quantity == Quantity::Force && c.component == 0);
+    let across = across.filter(|(c, _)| c.quantity == ComparedQuantity::Force && c.component == 0);
     let score = score(across.map(|(_, r)| r));
     assert!(score < 1.25, "{score}");
 }

@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use trueweld_core::control::{Command, Limited, SensorReadings, Setpoint};
+use trueweld_core::control::{DriveCommand, Limited, SensorReadings, Setpoint};
 use trueweld_core::{Fault, JOINTS, JointVector, Wrench};
 use trueweld_tests::{
     AnyController, KR500, PERIOD, PLACES, cases, controllers, external_gains, force_gains,
@@ -11,7 +11,7 @@ use trueweld_tests::{
 };
 
 /// Every number finite, every torque within its drive.
-fn check(command: &Command<f64>, name: &str) {
+fn check(command: &DriveCommand<f64>, name: &str) {
     for i in 0..JOINTS {
         let limit = KR500.parameters().joints[i].max_torque;
         assert!(

@@ -6,7 +6,7 @@
 use trueweld_laboratory::{
     CorpusCase, Hidden, OutOfLibrary, OutOfLibraryKind, Protocol, ProtocolFile, Recipe,
 };
-use trueweld_measure::diagnose::{FittedEffect, Verdict, diagnose};
+use trueweld_measure::diagnose::{DiagnosisVerdict, FittedEffect, diagnose};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_tests::corpus::{Judged, Outcome, examine, recorded};
 use trueweld_tests::outside;
@@ -111,8 +111,8 @@ fn an_encoder_s_zero_is_not_told_from_how_the_link_before_is_turned() {
     let hidden = Effect { values: vec![-4.7e-3], ..zero.neutral(Location::Joint(5)) };
     protocol.effects = vec![hidden];
     let ready = recorded(&protocol).expect("the campaign is made");
-    let diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
-    assert_eq!(diagnosis.verdict, Verdict::EffectFound);
+    let diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
+    assert_eq!(diagnosis.verdict, DiagnosisVerdict::EffectFound);
     let [a, b] = diagnosis.candidates.as_slice() else { panic!("{:#?}", diagnosis.candidates) };
     assert_eq!(
         (a.indistinguishable.as_slice(), b.indistinguishable.as_slice()),

@@ -5,7 +5,7 @@
 use trueweld_core::JointVector;
 use trueweld_laboratory::{LogPlan, PlannedLog, Protocol, ProtocolFile, Recipe, Waypoint, effect};
 use trueweld_measure::data::campaign::Campaign;
-use trueweld_measure::diagnose::{Diagnosis, FittedEffect, Verdict, diagnose};
+use trueweld_measure::diagnose::{Diagnosis, DiagnosisVerdict, FittedEffect, diagnose};
 use trueweld_measure::discover::{Discovery, Hypothesis, discover, settling_experiment};
 use trueweld_measure::experiment::{Plan, Procedure, TOLD_APART};
 use trueweld_measure::fit::FitProblem;
@@ -14,7 +14,7 @@ use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::ModelFile;
 use trueweld_tests::corpus::{ready, recorded};
 use trueweld_tests::fixture;
-use trueweld_tests::outside::OutsideLaw;
+use trueweld_tests::outside::FreeFormEffect;
 
 /// The hose pack's campaign with other effects where there are some, and what is found.
 fn found(other: Option<Vec<Effect>>) -> (Diagnosis, Vec<Discovery>) {
@@ -23,15 +23,15 @@ fn found(other: Option<Vec<Effect>>) -> (Diagnosis, Vec<Discovery>) {
         protocol.effects = other;
     }
     let ready = recorded(&protocol).expect("the campaign is made");
-    let mut diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
-    let found = discover(&ready.bench, &ready.logs, &mut diagnosis, &|_, _| ());
+    let mut diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
+    let found = discover(&ready.problem, &ready.logs, &mut diagnosis, &|_, _| ());
     (diagnosis, found)
 }
 
 #[test]
 fn a_hose_pack_is_found_at_its_joint_over_its_angle() {
     let (diagnosis, found) = found(None);
-    assert_eq!(diagnosis.verdict, Verdict::UnknownEffect);
+    assert_eq!(diagnosis.verdict, DiagnosisVerdict::UnknownEffect);
     let [hose] = found.as_slice() else { panic!("{} laws", found.len()) };
     assert_eq!(hose.hypothesis.port.name, "link-torque");
     assert_eq!(
@@ -64,16 +64,21 @@ fn an_effect_that_leaves_what_stands_out_is_not_the_answer() {
     let file = ModelFile::read(&campaign.model).expect("a model");
     let logs = campaign.logs;
     let compared = experiments(&logs, &baseline(&file)).expect("logs that can be compared");
-    let bench = FitProblem::new(&file, compared);
-    let diagnosis = diagnose(&bench, &logs, &|_, _| ()).expect("diagnosed");
-    assert_eq!(diagnosis.verdict, Verdict::UnknownEffect, "{:?}", diagnosis.candidates[0].effects);
+    let problem = FitProblem::new(&file, compared);
+    let diagnosis = diagnose(&problem, &logs, &|_, _| ()).expect("diagnosed");
+    assert_eq!(
+        diagnosis.verdict,
+        DiagnosisVerdict::UnknownEffect,
+        "{:?}",
+        diagnosis.candidates[0].effects
+    );
     assert!(diagnosis.candidates.iter().map(|c| c.probability).sum::<f64>() <= 0.5);
 }
 
 #[test]
 #[ignore = "release checklist"]
 fn friction_that_fades_is_not_taken_for_friction() {
-    let fading = OutsideLaw {
+    let fading = FreeFormEffect {
         name: "fading",
         port: "motor-friction",
         joint: Some(0),
@@ -81,7 +86,7 @@ fn friction_that_fades_is_not_taken_for_friction() {
         over: &["time", "encoder_rate"],
     };
     let (diagnosis, found) = found(Some(vec![fading.effect(1.0)]));
-    assert_eq!(diagnosis.verdict, Verdict::UnknownEffect);
+    assert_eq!(diagnosis.verdict, DiagnosisVerdict::UnknownEffect);
     let [law] = found.as_slice() else { panic!("{} laws", found.len()) };
     assert_eq!((law.hypothesis.port.name, law.hypothesis.at), (fading.port, Location::Joint(0)));
     assert_eq!(law.hypothesis.variables(), fading.over);
@@ -96,7 +101,7 @@ fn friction_that_fades_is_not_taken_for_friction() {
 #[test]
 #[ignore = "release checklist"]
 fn hoses_that_rub_are_found_over_the_way_of_their_joint() {
-    let law = OutsideLaw {
+    let law = FreeFormEffect {
         name: "rubbing",
         port: "link-torque",
         joint: Some(4),
@@ -104,7 +109,7 @@ fn hoses_that_rub_are_found_over_the_way_of_their_joint() {
         over: &["link"],
     };
     let (diagnosis, found) = found(Some(vec![law.effect(1.0)]));
-    assert_eq!(diagnosis.verdict, Verdict::UnknownEffect);
+    assert_eq!(diagnosis.verdict, DiagnosisVerdict::UnknownEffect);
     let [hoses] = found.as_slice() else { panic!("{} laws", found.len()) };
     assert_eq!((hoses.hypothesis.port.name, hoses.hypothesis.at), (law.port, Location::Joint(4)));
     assert_eq!(hoses.hypothesis.variables(), law.over);
@@ -126,7 +131,7 @@ fn hoses_that_rub_are_found_over_the_way_of_their_joint() {
 #[test]
 #[ignore = "release checklist"]
 fn hoses_that_rub_and_spring_back_are_one_law() {
-    let law = OutsideLaw {
+    let law = FreeFormEffect {
         name: "hose-pack",
         port: "link-torque",
         joint: Some(4),
@@ -134,7 +139,7 @@ fn hoses_that_rub_and_spring_back_are_one_law() {
         over: &["link"],
     };
     let (diagnosis, found) = found(Some(vec![law.effect(1.0)]));
-    assert_eq!(diagnosis.verdict, Verdict::UnknownEffect);
+    assert_eq!(diagnosis.verdict, DiagnosisVerdict::UnknownEffect);
     let [hoses] = found.as_slice() else { panic!("{} laws", found.len()) };
     assert_eq!((hoses.hypothesis.port.name, hoses.hypothesis.at), (law.port, Location::Joint(4)));
     assert!(hoses.hypothesis.turns_over.is_some());
@@ -149,9 +154,9 @@ fn hoses_that_rub_and_spring_back_are_one_law() {
 #[test]
 #[ignore = "release checklist"]
 fn a_hose_whose_lever_turns_with_the_joint_before_is_found_over_both_angles() {
-    let law = OutsideLaw::named("umbilical").expect("one of them");
+    let law = FreeFormEffect::named("umbilical").expect("one of them");
     let (diagnosis, found) = found(Some(vec![law.effect(1.0)]));
-    assert_eq!(diagnosis.verdict, Verdict::UnknownEffect);
+    assert_eq!(diagnosis.verdict, DiagnosisVerdict::UnknownEffect);
     let [hose] = found.as_slice() else { panic!("{} laws", found.len()) };
     assert_eq!((hose.hypothesis.port.name, hose.hypothesis.at), (law.port, Location::Joint(4)));
     assert_eq!(hose.hypothesis.variables(), law.over);
@@ -190,7 +195,7 @@ fn moves(plan: &Plan) -> PlannedLog {
 #[ignore = "release checklist"]
 fn the_experiment_that_is_planned_settles_what_one_log_leaves_open() {
     // In one motion friction that goes with the angle of A2 may as well go with the time.
-    let law = OutsideLaw::named("bent-disc").expect("one of them");
+    let law = FreeFormEffect::named("bent-disc").expect("one of them");
     let round = |more: Vec<PlannedLog>| {
         let path = fixture("protocols/hose-pack.toml");
         let mut protocol = ProtocolFile::read(path).expect("a protocol");
@@ -198,9 +203,9 @@ fn the_experiment_that_is_planned_settles_what_one_log_leaves_open() {
         protocol.logs.truncate(1);
         protocol.logs.extend(more);
         let ready = recorded(&protocol).expect("the campaign is made");
-        let mut diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
-        let mut found = discover(&ready.bench, &ready.logs, &mut diagnosis, &|_, _| ());
-        assert_eq!(diagnosis.verdict, Verdict::UnknownEffect);
+        let mut diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
+        let mut found = discover(&ready.problem, &ready.logs, &mut diagnosis, &|_, _| ());
+        assert_eq!(diagnosis.verdict, DiagnosisVerdict::UnknownEffect);
         (found.remove(0), ready)
     };
     let over = |found: &Discovery| -> Vec<&str> {
@@ -209,7 +214,7 @@ fn the_experiment_that_is_planned_settles_what_one_log_leaves_open() {
     };
     let (first, ready) = round(Vec::new());
     assert_eq!(over(&first), ["encoder", "time"]);
-    let plan = settling_experiment(&ready.bench, &ready.logs, &first).expect("a plan");
+    let plan = settling_experiment(&ready.problem, &ready.logs, &first).expect("a plan");
     assert!(plan.separation > TOLD_APART, "{}", plan.separation);
     assert_eq!(
         plan.rivals,
@@ -229,9 +234,9 @@ fn the_experiment_that_is_planned_settles_what_one_log_leaves_open() {
 #[test]
 #[ignore = "release checklist"]
 fn a_gear_out_of_round_is_not_taken_for_a_piece_of_a_wave() {
-    let law = OutsideLaw::named("out-of-round").expect("one of them");
+    let law = FreeFormEffect::named("out-of-round").expect("one of them");
     let (diagnosis, found) = found(Some(vec![law.effect(3.0)]));
-    assert_eq!(diagnosis.verdict, Verdict::UnknownEffect);
+    assert_eq!(diagnosis.verdict, DiagnosisVerdict::UnknownEffect);
     let [found] = found.as_slice() else { panic!("{} laws", found.len()) };
     let at = Location::Joint(law.joint.expect("at a joint"));
     // A twist of the gear, or the torque that makes it: a rigid spring does not tell.
@@ -251,12 +256,12 @@ fn a_fifth_of_an_encoders_wave_is_that_or_undecided() {
     let recipe = Recipe { protocol: Protocol::short(), noise: 0.3, ..Recipe::plain(71_000_265) };
     let hidden = Effect { values, ..kind.neutral(Location::Joint(2)) };
     let ready = ready(&recipe.with_effect(hidden)).expect("a campaign");
-    let diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
+    let diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
     let first = &diagnosis.candidates[0];
     let tied = first.indistinguishable.iter().map(|k| &diagnosis.candidates[*k]);
     let mut named = std::iter::once(first).chain(tied).flat_map(|c| &c.effects);
     let is_it = |f: &FittedEffect| std::ptr::eq(f.effect.kind, kind);
-    let undecided = diagnosis.verdict == Verdict::UnknownEffect;
+    let undecided = diagnosis.verdict == DiagnosisVerdict::UnknownEffect;
     assert!(undecided || named.any(is_it), "{}", first.effects[0].effect.kind.id);
 }
 
@@ -268,8 +273,8 @@ fn a_material_that_softens_beside_trackers_that_are_off_is_no_law() {
     let recipe = Recipe { protocol: Protocol::short(), noise: 0.3, ..Recipe::plain(91_000_595) };
     let recipe = Recipe { noise_stated: false, ..recipe }.with_nuisance(0.0, 0.0, 1e-4);
     let ready = ready(&recipe.with_effect(hidden)).expect("a campaign");
-    let mut diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
-    let laws = discover(&ready.bench, &ready.logs, &mut diagnosis, &|_, _| ());
+    let mut diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
+    let laws = discover(&ready.problem, &ready.logs, &mut diagnosis, &|_, _| ());
     let best = &diagnosis.candidates[0].effects[0];
     assert_eq!((laws.len(), best.effect.kind.id), (0, "thermal-softening"));
     let [low, high] = best.interval[0];
@@ -279,5 +284,5 @@ fn a_material_that_softens_beside_trackers_that_are_off_is_no_law() {
 #[test]
 fn where_nothing_is_missing_nothing_is_found() {
     let (diagnosis, found) = found(Some(Vec::new()));
-    assert_eq!((diagnosis.verdict, found.len()), (Verdict::Adequate, 0));
+    assert_eq!((diagnosis.verdict, found.len()), (DiagnosisVerdict::Adequate, 0));
 }

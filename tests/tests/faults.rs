@@ -8,7 +8,9 @@ use trueweld_compensators::{Entry, library};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{Process, Sensors};
 use trueweld_plant::sensors::{Failure, Instrument, InstrumentFault};
-use trueweld_plant::simulate::{Controller, Program, RecordRow, Recording, Scenario, Seam, run};
+use trueweld_plant::simulate::{
+    ControllerKind, RecordRow, Recording, Scenario, Seam, WeldProgram, run,
+};
 use trueweld_tests::cases;
 use trueweld_tests::cell::Fixtures;
 
@@ -128,7 +130,8 @@ impl Struck {
         let (instrument, failure) = (self.instrument, self.failure);
         let fault =
             Some(InstrumentFault { instrument, failure, from: FAILS, until: FAILS + self.lasts });
-        let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &self.law);
+        let scenario =
+            fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &self.law);
         // A tool that is lifted off hits the plate when it comes back.
         let plant_step = if instrument == Instrument::ForceSensor { 2.5e-4 } else { 2e-3 };
         let scenario = Scenario { sensors: &sensors, plant_step, ..scenario };

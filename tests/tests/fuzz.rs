@@ -14,7 +14,7 @@ use trueweld_evaluate::Requirements;
 use trueweld_measure::data::campaign::{CAMPAIGN_FILE, Campaign};
 use trueweld_measure::data::log::{LOG_FILE, Log};
 use trueweld_plant::input::{
-    Control, Document, InputError, InputFile, ModelFile, Process, RobotFile, Sensors, Weld,
+    Control, InputError, InputFile, ModelFile, Process, RobotFile, Sensors, TomlDocument, Weld,
     import_urdf_text,
 };
 use trueweld_tests::fixture;
@@ -95,7 +95,7 @@ fn models() {
 fn entries_to_be_filled_in() {
     let good = settings("robots/kr500-mt.toml").replace("0.0", "\"FILL IN: m\"");
     never_breaks("entries", good.as_bytes(), &["FILL IN", "schema"], |bytes| {
-        if let Some(document) = shown(Document::parse(&text(bytes), "x")) {
+        if let Some(document) = shown(TomlDocument::parse(&text(bytes), "x")) {
             let _ = (shown(document.kind().map(drop)), document.open_entries());
         }
     });

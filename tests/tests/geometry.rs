@@ -3,7 +3,7 @@
 //! far larger than any is named for what it is, and not for others that act as it does.
 
 use trueweld_laboratory::{CorpusCase, Hidden, Protocol, Recipe};
-use trueweld_measure::diagnose::{Verdict, diagnose};
+use trueweld_measure::diagnose::{DiagnosisVerdict, diagnose};
 use trueweld_measure::fit::calibration::calibrations;
 use trueweld_measure::fit::{EffectScope, residuals, slopes};
 use trueweld_measure::predict::Prediction;
@@ -62,9 +62,12 @@ fn is_named_for_what_it_is(id: &str, joint: usize, value: f64, near: f64) {
     let recipe = Recipe { protocol: Protocol::short(), ..Recipe::plain(16) };
     let hidden = Effect { values: vec![value], ..kind.neutral(at) };
     let ready = ready(&recipe.with_effect(hidden)).expect("a campaign");
-    let diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
+    let diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
     let found = &diagnosis.candidates[0].effects[0].effect;
-    assert_eq!((diagnosis.verdict, found.kind.id, found.at), (Verdict::EffectFound, id, at));
+    assert_eq!(
+        (diagnosis.verdict, found.kind.id, found.at),
+        (DiagnosisVerdict::EffectFound, id, at)
+    );
     assert!((found.values[0] - value).abs() < near, "{:?}", found.values);
 }
 
@@ -90,8 +93,8 @@ fn a_joint_far_softer_than_its_file_says_is_no_gear_of_another_kind() {
 #[test]
 fn slopes_by_the_geometry_are_those_of_the_whole_prediction() {
     let ready = ready(&recipe(15)).expect("a campaign");
-    let bench = &ready.bench;
-    let point = calibrations(bench);
+    let problem = &ready.problem;
+    let point = calibrations(problem);
     let kind = EffectKind::of("geometry-error").expect("of the library");
     let free: Vec<_> = point
         .free
@@ -101,15 +104,15 @@ fn slopes_by_the_geometry_are_those_of_the_whole_prediction() {
         .collect();
     // Three translations and three rotations a joint, less those along its axis.
     assert_eq!(free.len(), 24);
-    let at = residuals(bench, &point).expect("predicted");
-    let found = slopes(bench, &point, &free, &at, 1.0);
+    let at = residuals(problem, &point).expect("predicted");
+    let found = slopes(problem, &point, &free, &at, 1.0);
     for (free, slopes) in free.iter().zip(&found) {
-        let EffectScope::All(index) = free.of else { panic!("one value for all logs") };
+        let EffectScope::Shared(index) = free.of else { panic!("one value for all logs") };
         let mut moved = point.clone();
         let parameter = &kind.parameters[free.parameter];
-        moved.all[index].values[free.parameter] += trueweld_measure::fit::unit(parameter, 0.0);
-        let there = residuals(bench, &moved).expect("predicted");
-        for (log, experiment) in bench.experiments.iter().enumerate() {
+        moved.shared[index].values[free.parameter] += trueweld_measure::fit::unit(parameter, 0.0);
+        let there = residuals(problem, &moved).expect("predicted");
+        for (log, experiment) in problem.logs.iter().enumerate() {
             let Some(slope) = &slopes[log] else { panic!("{} sees it", experiment.name) };
             let (mut apart, mut all) = (0.0, 0.0);
             let rows = |p: &Prediction| p.residual.clone();
@@ -124,7 +127,7 @@ fn slopes_by_the_geometry_are_those_of_the_whole_prediction() {
             }
             // Left out is what gravity makes of the motion: K against g gives some percent. A turn
             // about the tool's axis moves no tool centre, which is all that a ring-down shows.
-            let place = moved.all[index].at;
+            let place = moved.shared[index].at;
             assert!(matches!(place, Location::Joint(_)));
             let seen = all.max(0.1);
             assert!(apart < 0.05_f64.powi(2) * seen, "{place:?} {}: {apart} {all}", parameter.name);

@@ -1,6 +1,6 @@
 //! What is identified from logs: numbers off by a factor of two, and an independent simulator's.
 
-use trueweld_identify::{IdentifyError, Target, identify};
+use trueweld_identify::{IdentificationTarget, IdentifyError, identify};
 use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::residuals::compare::Notice;
 use trueweld_plant::input::ModelFile;
@@ -41,7 +41,8 @@ fn the_damping_behind_ring_downs_alone_is_found() {
     let model = ModelFile::read(folder.join("model.toml")).expect("a model");
     let rings = ["ring-14", "ring-25", "ring-36"].map(|name| folder.join(name));
     let (_, logs) = read_logs(&rings).expect("logs");
-    let found = identify(Target::Damping, &model, logs, &|_, _| ()).expect("identified");
+    let found =
+        identify(IdentificationTarget::Damping, &model, logs, &|_, _| ()).expect("identified");
     let told: Vec<_> = found.numbers.iter().filter(|n| n.interval.is_some()).collect();
     assert_eq!(told.len(), 5, "{told:?}");
     for number in told {
@@ -62,7 +63,8 @@ fn the_stiffness_behind_an_independent_simulators_loads_is_found() {
         joint.stiffness *= if j % 2 == 0 { 2.0 } else { 0.5 };
     }
     off.robot.robot = trueweld_core::Robot::new(off.robot.parameters.clone()).expect("a robot");
-    let found = identify(Target::Stiffness, &off, logs, &|_, _| ()).expect("identified");
+    let found =
+        identify(IdentificationTarget::Stiffness, &off, logs, &|_, _| ()).expect("identified");
     assert!(
         found.score_before > 3.0 && found.score < 1.1,
         "{} {}",
@@ -83,7 +85,8 @@ fn a_load_that_is_written_down_wrongly_is_pointed_at() {
     let model = ModelFile::read(folder.join("model.toml")).expect("a model");
     let (_, logs) = read_logs(&[folder.join("static")]).expect("logs");
     let pointed_at = |logs| {
-        let found = identify(Target::Stiffness, &model, logs, &|_, _| ()).expect("identified");
+        let found = identify(IdentificationTarget::Stiffness, &model, logs, &|_, _| ())
+            .expect("identified");
         let row = |notice: &Notice| match notice {
             Notice::SingleLoad { row, .. } => Some(*row),
             _ => None,
@@ -101,7 +104,7 @@ fn logs_that_do_not_show_what_is_asked_for_are_refused() {
     let folder = fixture("campaigns/nothing-missing");
     let model = ModelFile::read(folder.join("model.toml")).expect("a model");
     let (_, logs) = read_logs(&[folder.join("static")]).expect("logs");
-    for target in [Target::Damping, Target::Process] {
+    for target in [IdentificationTarget::Damping, IdentificationTarget::Process] {
         let refused = identify(target, &model, logs.clone(), &|_, _| ());
         assert!(matches!(refused, Err(IdentifyError::NoLogs { .. })), "{target:?}");
     }
@@ -132,7 +135,8 @@ fn what_the_loads_do_not_tell_is_said_and_stays_as_given() {
     [&mut samples.force, &mut samples.moment, &mut samples.position, &mut samples.rotation]
         .into_iter()
         .for_each(pick);
-    let found = identify(Target::Stiffness, &model, logs, &|_, _| ()).expect("identified");
+    let found =
+        identify(IdentificationTarget::Stiffness, &model, logs, &|_, _| ()).expect("identified");
     let first = &found.numbers[0];
     assert!(!first.is_identifiable(), "{first:?}");
     assert_eq!(first.value, model.robot.parameters.joints[0].stiffness);

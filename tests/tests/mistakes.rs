@@ -11,8 +11,8 @@ use trueweld_laboratory::{Protocol, Recipe, effect};
 use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::channel::LogChannel;
 use trueweld_measure::data::log::{Log, LogKind};
-use trueweld_measure::mistakes::{Change, ColumnChange, Found, MistakeKind, find};
-use trueweld_measure::predict::{Experiment, Model, Quantity};
+use trueweld_measure::mistakes::{ColumnChange, Found, MistakeKind, Remedy, find};
+use trueweld_measure::predict::{BaselineModel, ComparedQuantity, PreparedLog};
 use trueweld_measure::residuals::compare::{baseline, experiments};
 use trueweld_plant::effects::{Location, library};
 use trueweld_plant::input::ModelFile;
@@ -24,7 +24,7 @@ use trueweld_tests::{LABORATORY, fixture};
 struct Case {
     name: String,
     logs: Vec<Log>,
-    model: Model,
+    model: BaselineModel,
 }
 
 fn read(folder: &std::path::Path, name: String) -> Case {
@@ -90,7 +90,7 @@ fn spindle(log: &mut Log, factor: f64) {
 /// Channels of the lines that undo the first mistake.
 fn lines(found: &Found) -> Vec<&'static str> {
     match &found.mistakes[0].change {
-        Change::Columns(lines) => lines.iter().map(|line| line.channel).collect(),
+        Remedy::Columns(lines) => lines.iter().map(|line| line.channel).collect(),
         other => panic!("{other:?}"),
     }
 }
@@ -263,7 +263,7 @@ fn a_forgotten_payload_is_named() {
 /// The line of the only mistake.
 fn line(found: &Found) -> &ColumnChange {
     match (&found.mistakes[..], &found.mistakes[0].change) {
-        ([_], Change::Columns(lines)) if lines.len() == 1 => &lines[0],
+        ([_], Remedy::Columns(lines)) if lines.len() == 1 => &lines[0],
         _ => panic!("{found:?}"),
     }
 }
@@ -355,7 +355,7 @@ fn a_sensor_that_sits_elsewhere_is_found_and_asked_for_once() {
             };
             assert_named(&misread, &named, kind, channel, &[]);
             assert_eq!(named.mistakes[0].logs.len(), case.logs.len(), "{named:?}");
-            let Change::WrenchFrame(frame) = &named.mistakes[0].change else { panic!("{named:?}") };
+            let Remedy::WrenchFrame(frame) = &named.mistakes[0].change else { panic!("{named:?}") };
             // Twice a half-width of 95 %: four deviations.
             let away = frame.pose.position - point;
             let turned =
@@ -454,10 +454,12 @@ fn what_no_mistake_explains_is_given_no_name() {
 }
 
 /// Sum of squares of the tracker's residuals over their noise.
-fn chi_square(logs: &[Log], model: &Model) -> f64 {
-    let squares = |experiment: &Experiment| {
+fn chi_square(logs: &[Log], model: &BaselineModel) -> f64 {
+    let squares = |experiment: &PreparedLog| {
         let residual = experiment.predict(model, &[], None).expect("predicted").residual;
-        let of_tracker = |q: Quantity| matches!(q, Quantity::Position | Quantity::Rotation);
+        let of_tracker = |q: ComparedQuantity| {
+            matches!(q, ComparedQuantity::Position | ComparedQuantity::Rotation)
+        };
         let all = experiment.compared.iter().zip(residual);
         all.filter(|(c, _)| of_tracker(c.quantity)).map(|(_, r)| r * r).sum::<f64>()
     };

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::slice;
 use trueweld_laboratory::{Protocol, Recipe, effect};
 use trueweld_measure::data::log::LogKind;
-use trueweld_measure::diagnose::{Verdict, diagnose};
-use trueweld_measure::predict::{Experiment, Prediction, Quantity};
+use trueweld_measure::diagnose::{DiagnosisVerdict, diagnose};
+use trueweld_measure::predict::{ComparedQuantity, Prediction, PreparedLog};
 use trueweld_plant::effects::{Effect, Location, library};
 use trueweld_tests::LABORATORY;
 use trueweld_tests::corpus::{Ready, ready};
@@ -32,19 +32,18 @@ const LITTLE: f64 = 0.01;
 
 /// Predictions of all logs under a model with these effects.
 fn predicted(ready: &Ready, effects: &[Effect]) -> Vec<Prediction> {
-    let bench = &ready.bench;
-    bench
-        .experiments
+    let problem = &ready.problem;
+    problem
+        .logs
         .iter()
-        .map(|e| e.predict(&bench.model, effects, None).expect("it can be driven"))
+        .map(|e| e.predict(&problem.model, effects, None).expect("it can be driven"))
         .collect()
 }
 
 #[test]
 fn the_truth_is_at_the_floor_where_a_gap_stands_open() {
     let ready = campaign(Some(play()));
-    for (experiment, prediction) in ready.bench.experiments.iter().zip(predicted(&ready, &[play()]))
-    {
+    for (experiment, prediction) in ready.problem.logs.iter().zip(predicted(&ready, &[play()])) {
         let all = prediction.residual.len() as f64;
         let far = prediction.residual.iter().filter(|r| r.abs() > 3.5).count() as f64;
         assert!(
@@ -64,7 +63,7 @@ fn the_truth_is_at_the_floor_where_a_gap_stands_open() {
 }
 
 /// Scores of the quantities of a log, by their channel.
-fn scores(experiment: &Experiment, prediction: &Prediction) -> BTreeMap<&'static str, f64> {
+fn scores(experiment: &PreparedLog, prediction: &Prediction) -> BTreeMap<&'static str, f64> {
     let mut squares: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
     for (c, r) in experiment.compared.iter().zip(&prediction.residual) {
         let (sum, count) = squares.entry(c.quantity.channel()).or_default();
@@ -81,7 +80,7 @@ fn loads_at_rest_are_predicted_to_a_fiftieth_of_the_noise() {
     let recipe = Recipe { protocol, noise: 0.02, ..Recipe::plain(5) };
     let ready = ready(&recipe).expect("the campaign is made");
     let predictions = predicted(&ready, &[]);
-    for (channel, score) in scores(&ready.bench.experiments[0], &predictions[0]) {
+    for (channel, score) in scores(&ready.problem.logs[0], &predictions[0]) {
         assert!(score < 1.2, "{channel}: {score}");
     }
 }
@@ -92,15 +91,18 @@ fn a_tool_that_hangs_free_in_a_gap_is_where_it_was_seen() {
     let play = effect("backlash", Location::Joint(5), &[2.5e-4]);
     let ready = campaign(Some(play.clone()));
     let predictions = predicted(&ready, slice::from_ref(&play));
-    for (experiment, prediction) in ready.bench.experiments.iter().zip(&predictions) {
+    for (experiment, prediction) in ready.problem.logs.iter().zip(&predictions) {
         for (channel, score) in scores(experiment, prediction) {
             assert!(score < 1.3, "{} {channel}: {score}", experiment.name);
         }
     }
-    let found = diagnose(&ready.bench, &ready.logs, &|_, _| {}).expect("diagnosed");
+    let found = diagnose(&ready.problem, &ready.logs, &|_, _| {}).expect("diagnosed");
     let effects = &found.candidates[0].effects;
     let named: Vec<_> = effects.iter().map(|f| (f.effect.kind.id, f.effect.at)).collect();
-    assert_eq!((found.verdict, &named[..]), (Verdict::EffectFound, &[("backlash", play.at)][..]));
+    assert_eq!(
+        (found.verdict, &named[..]),
+        (DiagnosisVerdict::EffectFound, &[("backlash", play.at)][..])
+    );
     assert!((effects[0].effect.values[0] / play.values[0] - 1.0).abs() < 0.1, "{effects:?}");
 }
 
@@ -110,11 +112,11 @@ fn left_where_a_gear_remembers() -> Vec<(LogKind, &'static str, f64)> {
     let loop_of_a3 = effect("hysteresis", Location::Joint(2), &[1677.0, 8e-5]);
     let ready = ready(&Recipe::plain(7).with_effect(loop_of_a3.clone())).expect("it is made");
     let predictions = predicted(&ready, &[loop_of_a3]);
-    let of_log = |(experiment, prediction): (&Experiment, &Prediction)| {
+    let of_log = |(experiment, prediction): (&PreparedLog, &Prediction)| {
         let kind = experiment.kind;
         scores(experiment, prediction).into_iter().map(move |(channel, s)| (kind, channel, s))
     };
-    ready.bench.experiments.iter().zip(&predictions).flat_map(of_log).collect()
+    ready.problem.logs.iter().zip(&predictions).flat_map(of_log).collect()
 }
 
 #[test]
@@ -147,9 +149,8 @@ fn a_prediction_beside_another_is_the_same_as_by_itself() {
             let added = LABORATORY.draw(kind.id, 1.0, &Protocol::short(), seed).expect("drawn");
             let effects = [known.clone(), vec![added.clone()]].concat();
             let alone = predicted(&ready, &effects);
-            for ((experiment, at), alone) in ready.bench.experiments.iter().zip(&before).zip(&alone)
-            {
-                let beside = experiment.predict(&ready.bench.model, &effects, Some((at, &added)));
+            for ((experiment, at), alone) in ready.problem.logs.iter().zip(&before).zip(&alone) {
+                let beside = experiment.predict(&ready.problem.model, &effects, Some((at, &added)));
                 let beside = beside.expect("it can be driven");
                 let apart = beside
                     .residual
@@ -172,10 +173,10 @@ fn a_prediction_beside_another_is_the_same_as_by_itself() {
 /// these effects leaves of it, N.
 fn lines_of_force(ready: &Ready, effects: &[Effect]) -> Vec<[f64; 2]> {
     let mut means = Vec::new();
-    for (experiment, prediction) in ready.bench.experiments.iter().zip(predicted(ready, effects)) {
+    for (experiment, prediction) in ready.problem.logs.iter().zip(predicted(ready, effects)) {
         let mut lines: BTreeMap<(u8, u8, bool), [f64; 3]> = BTreeMap::new();
         for (c, r) in experiment.compared.iter().zip(&prediction.residual) {
-            if let Quantity::Ripple { order: order @ (1 | 2), sine } = c.quantity {
+            if let ComparedQuantity::Ripple { order: order @ (1 | 2), sine } = c.quantity {
                 let sums = lines.entry((order, c.component, sine)).or_default();
                 let values = [c.measured, r * c.deviation, 1.0];
                 sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
@@ -226,11 +227,12 @@ fn a_gear_that_remembers_is_stiffer_at_the_spindle_s_orders() {
 fn quiet_instruments_find_no_effect_in_a_clean_weld() {
     // At a tenth of the noise a pose is seen to a micrometre, which links that stand under their
     // load miss: that may be said, but it has no name.
-    for (noise, expected) in
-        [(0.3, &[Verdict::Adequate][..]), (0.1, &[Verdict::Adequate, Verdict::UnknownEffect])]
-    {
+    for (noise, expected) in [
+        (0.3, &[DiagnosisVerdict::Adequate][..]),
+        (0.1, &[DiagnosisVerdict::Adequate, DiagnosisVerdict::UnknownEffect]),
+    ] {
         let ready = clean_welds(noise, 1, 0.02);
-        let found = diagnose(&ready.bench, &ready.logs, &|_, _| {}).expect("diagnosed");
+        let found = diagnose(&ready.problem, &ready.logs, &|_, _| {}).expect("diagnosed");
         let named: Vec<_> = found.candidates.iter().map(|c| c.effects[0].effect.kind.id).collect();
         assert!(expected.contains(&found.verdict), "at {noise} times the noise: {named:?}");
     }
@@ -239,11 +241,11 @@ fn quiet_instruments_find_no_effect_in_a_clean_weld() {
 #[test]
 fn what_is_left_of_each_direction_of_the_slow_force_is_as_large_as_its_noise() {
     let ready = clean_welds(1.0, 2, 0.2);
-    for (experiment, prediction) in ready.bench.experiments.iter().zip(predicted(&ready, &[])) {
+    for (experiment, prediction) in ready.problem.logs.iter().zip(predicted(&ready, &[])) {
         for direction in 0..3 {
             let of_it = experiment.compared.iter().zip(&prediction.residual);
             let of_it = of_it.filter(|(compared, _)| {
-                compared.quantity == Quantity::Force && compared.component == direction
+                compared.quantity == ComparedQuantity::Force && compared.component == direction
             });
             let left: Vec<f64> = of_it.map(|(_, left)| *left).collect();
             let mean = left.iter().map(|r| r * r).sum::<f64>() / left.len() as f64;

@@ -3,13 +3,13 @@
 
 use nalgebra::SVector;
 use trueweld_evaluate::{StepFigures, WeldFigures};
-use trueweld_plant::simulate::{Controller, Program};
+use trueweld_plant::simulate::{ControllerKind, WeldProgram};
 use trueweld_tests::cell::{Fixtures, law};
 
-fn step(controller: Controller) -> StepFigures {
+fn step(controller: ControllerKind) -> StepFigures {
     let fixtures = Fixtures::of("published-vertical");
     let cell = fixtures.cell(&[]);
-    let program = Program::ForceStep { height: 11e3, hold: 1.0, length: 3.0 };
+    let program = WeldProgram::ForceStep { height: 11e3, hold: 1.0, length: 3.0 };
     let recording = fixtures.run(&cell, program, controller, &law("none"), &fixtures.robot.robot);
     StepFigures::of(&recording, fixtures.weld.settle + 1.0, 11e3).expect("the step is recorded")
 }
@@ -32,7 +32,7 @@ fn assert_published(figures: &StepFigures, settle: f64, overshoot: f64) {
 
 #[test]
 fn parallel_control_answers_the_step_as_published() {
-    let figures = step(Controller::Parallel);
+    let figures = step(ControllerKind::Parallel);
     assert_published(&figures, 0.370, 0.24);
     // "No static error": below what two of the sensor's standard deviations would show.
     assert!(figures.static_error.abs() < 50.0, "{figures:?}");
@@ -40,7 +40,7 @@ fn parallel_control_answers_the_step_as_published() {
 
 #[test]
 fn superposed_control_answers_the_step_as_published() {
-    let figures = step(Controller::Superposed);
+    let figures = step(ControllerKind::Superposed);
     assert_published(&figures, 0.580, 0.20);
     // "Near 200 N", sign not printed.
     assert!((figures.static_error.abs() - 200.0).abs() < 50.0, "{figures:?}");
@@ -48,7 +48,7 @@ fn superposed_control_answers_the_step_as_published() {
 
 #[test]
 fn external_control_answers_the_step_as_published() {
-    let figures = step(Controller::External);
+    let figures = step(ControllerKind::External);
     assert_published(&figures, 0.860, 0.045);
     assert!(figures.static_error.abs() < 50.0, "{figures:?}");
     assert!(figures.ripple <= 50.0, "{figures:?}");
@@ -62,8 +62,13 @@ fn weld(name: &'static str, law_name: &str, stiffness_error: f64) -> WeldFigures
         .robot
         .with_stiffness_scaled(&SVector::from_element(1.0 + stiffness_error))
         .expect("a robot");
-    let recording =
-        fixtures.run(&cell, Program::Weld, Controller::External, &law(law_name), &controller_model);
+    let recording = fixtures.run(
+        &cell,
+        WeldProgram::Weld,
+        ControllerKind::External,
+        &law(law_name),
+        &controller_model,
+    );
     WeldFigures::of(&recording).expect("a steady part")
 }
 
@@ -132,7 +137,7 @@ fn passes(law_name: &str, error: f64, passes: usize) -> WeldFigures {
         .with_stiffness_scaled(&SVector::from_element(1.0 + error))
         .expect("a robot");
     let law = law(law_name);
-    let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &law);
+    let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law);
     let scenario =
         trueweld_plant::simulate::Scenario { controller_model: &controller_model, ..scenario };
     let recording =

@@ -2,12 +2,13 @@
 //! taken out of its error and its gains scaled by the posture's stiffness, and without. What is
 //! found is in `docs/results.md`.
 
-use trueweld_plant::simulate::Controller;
+use trueweld_plant::simulate::ControllerKind;
 use trueweld_tests::resonance::{fixtures, mean_push, started_at, step, stiffness, unscaled, weld};
 
 #[test]
 fn the_mode_along_the_tool_is_the_one_that_resonates() {
-    let [slow, resonant] = [500.0, 1080.0].map(|rpm| weld(rpm, Controller::External, 1.0, false));
+    let [slow, resonant] =
+        [500.0, 1080.0].map(|rpm| weld(rpm, ControllerKind::External, 1.0, false));
     // 1080 rpm are 18 Hz, the third mode (17.5 Hz with the tool free); the static ripple is the
     // same at both. A mode damped as this one, some 10 % with the material's, amplifies by five.
     let ratio = resonant.push / slow.push;
@@ -22,7 +23,8 @@ fn the_mode_along_the_tool_is_the_one_that_resonates() {
 #[test]
 fn the_force_loop_no_longer_answers_the_spindle() {
     for rpm in [750.0, 1080.0] {
-        let [without, with] = [false, true].map(|told| weld(rpm, Controller::External, 1.0, told));
+        let [without, with] =
+            [false, true].map(|told| weld(rpm, ControllerKind::External, 1.0, told));
         // The null itself is exact; what is left is the sensor's noise in a window of ten seconds,
         // some nanometres.
         assert!(with.correction < 0.03 * without.correction, "{rpm}: {with:?}, {without:?}");
@@ -34,7 +36,8 @@ fn the_force_loop_no_longer_answers_the_spindle() {
 
 #[test]
 fn a_force_loop_four_times_as_fast_does_not_amplify_the_ripple() {
-    let [without, with] = [false, true].map(|told| weld(1200.0, Controller::External, 4.0, told));
+    let [without, with] =
+        [false, true].map(|told| weld(1200.0, ControllerKind::External, 4.0, told));
     assert!(
         with.push < 0.6 * without.push && with.drives < 0.6 * without.drives,
         "{with:?}, {without:?}"

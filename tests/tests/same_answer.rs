@@ -11,7 +11,7 @@ use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_laboratory::{Protocol, Recipe};
 use trueweld_measure::align::align_clocks;
 use trueweld_measure::data::campaign::Campaign;
-use trueweld_measure::diagnose::{FittedEffect, Verdict, diagnose};
+use trueweld_measure::diagnose::{DiagnosisVerdict, FittedEffect, diagnose};
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::mistakes::find;
 use trueweld_measure::residuals::compare::{baseline, experiments};
@@ -42,9 +42,9 @@ fn answer(folder: &Path) -> Vec<String> {
         println!("{:.2} {:?}", candidate.probability, words(&candidate.effects));
     }
     match diagnosis.verdict {
-        Verdict::Adequate => Vec::new(),
-        Verdict::UnknownEffect => vec!["unknown".to_owned()],
-        Verdict::EffectFound => {
+        DiagnosisVerdict::Adequate => Vec::new(),
+        DiagnosisVerdict::UnknownEffect => vec!["unknown".to_owned()],
+        DiagnosisVerdict::EffectFound => {
             // With what it says that the data do not tell from it.
             let first = &diagnosis.candidates[0];
             let ties = first.indistinguishable.iter().map(|k| &diagnosis.candidates[*k]);

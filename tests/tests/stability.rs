@@ -10,12 +10,12 @@ use trueweld_compensators::{Entry, library};
 use trueweld_core::Robot;
 use trueweld_core::pid::{Pid, PidGains};
 use trueweld_evaluate::margins::{
-    CHANNELS, FrictionSlope, Kick, Margins, OperatingPoint, Run, SETPOINT, limit_cycles, margins,
-    run_in_time, run_linear,
+    FrictionSlope, Kick, LOOP_CHANNELS, Margins, OperatingPoint, Run, SETPOINT, limit_cycles,
+    margins, run_in_time, run_linear,
 };
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{Control, Process, Sensors};
-use trueweld_plant::simulate::{Controller, Program, Scenario, Seam};
+use trueweld_plant::simulate::{ControllerKind, Scenario, Seam, WeldProgram};
 use trueweld_tests::cell::Fixtures;
 use trueweld_tests::resonance::stiff;
 use trueweld_tests::{PERIOD, cases};
@@ -69,7 +69,7 @@ struct Met {
     place: f64,
     stiffness: [f64; 6],
     material: f64,
-    controller: Controller,
+    controller: ControllerKind,
     law: Entry,
 }
 
@@ -89,7 +89,7 @@ fn met(laws: Vec<Entry>) -> impl Strategy<Value = Met> {
     let aside = prop::array::uniform3(-0.1..0.1_f64);
     (weld, aside, 0.0..=1.0_f64, stiffness, 0.7..1.3_f64, prop::sample::select(laws)).prop_map(
         |(weld, aside, place, stiffness, material, law)| {
-            let controller = Controller::External;
+            let controller = ControllerKind::External;
             Met { weld, aside, place, stiffness, material, controller, law }
         },
     )
@@ -122,7 +122,7 @@ impl Met {
         };
         let seam = Seam::of(&fixtures.weld);
         let cell = Cell::new(&robot, &[], &process, seam.b_from_w).expect("a cell");
-        let scenario = fixtures.scenario(&cell, Program::Weld, self.controller, &self.law);
+        let scenario = fixtures.scenario(&cell, WeldProgram::Weld, self.controller, &self.law);
         let scenario = Scenario { control, sensors, plant_step: 2e-3, ..scenario };
         at(&scenario, &OperatingPoint::steady(&fixtures.weld, self.place * seam.length))
     }
@@ -165,7 +165,7 @@ fn friction_holds_an_unstable_drive_loop_in_the_limit_cycle_that_its_describing_
     let seam = Seam::of(&fixtures.weld);
     let cell = Cell::new(&fixtures.robot.robot, &[], &process, seam.b_from_w).expect("a cell");
     let none = trueweld_tests::cell::law("none");
-    let scenario = fixtures.scenario(&cell, Program::Weld, Controller::Parallel, &none);
+    let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::Parallel, &none);
     let mut control = fixtures.control.clone();
     control.parallel.joint = stiff(&control.parallel.joint);
     let scenario = Scenario { control: &control, plant_step: 2e-3, ..scenario };
@@ -175,7 +175,7 @@ fn friction_holds_an_unstable_drive_loop_in_the_limit_cycle_that_its_describing_
         // Ten seconds to come to its size; the place is passed in the middle of the last two.
         let time = [1.0, 11.0];
         let from = OperatingPoint { path: path - 11.0 * at.feed, ..at };
-        let mut added = [0.0; CHANNELS];
+        let mut added = [0.0; LOOP_CHANNELS];
         added[SETPOINT] = 1000.0;
         let run = run_in_time(&scenario, &from, &Kick { added, periods: 1, time })
             .expect("it is bounded");
@@ -203,7 +203,7 @@ const DIFFERS: (f64, f64) = (0.5, 1e-3);
 /// laws' iterations leave open, and so small that nothing bends the loop. An impulse hardly moves what
 /// is slow; a second does.
 fn kick() -> Kick {
-    let mut added = [1e-5; CHANNELS];
+    let mut added = [1e-5; LOOP_CHANNELS];
     added[FORCE] = 1.0;
     added[SETPOINT..].fill(100.0);
     // Not all one way.
@@ -215,22 +215,22 @@ fn kick() -> Kick {
 
 /// Runs without and with the kick.
 fn kicked(run: impl Fn(&Kick) -> Run) -> [Run; 2] {
-    [Kick { added: [0.0; CHANNELS], ..kick() }, kick()].map(|kick| run(&kick))
+    [Kick { added: [0.0; LOOP_CHANNELS], ..kick() }, kick()].map(|kick| run(&kick))
 }
 
 /// What a kick leaves in its last five seconds, each signal by its largest: in the run in time and in
 /// the linear loop.
 fn left_late(in_time: &[Run; 2], linear: &[Run; 2]) -> [f64; 2] {
-    let difference = |[rest, kicked]: &[Run; 2]| -> Vec<[f64; CHANNELS]> {
+    let difference = |[rest, kicked]: &[Run; 2]| -> Vec<[f64; LOOP_CHANNELS]> {
         let rows = rest.rows.iter().zip(&kicked.rows);
         rows.map(|(a, b)| std::array::from_fn(|i| b[i] - a[i])).collect()
     };
     let linear = difference(linear);
-    let size: [f64; CHANNELS] =
+    let size: [f64; LOOP_CHANNELS] =
         std::array::from_fn(|i| linear.iter().map(|row| row[i].abs()).fold(0.0, f64::max));
     [difference(in_time), linear].map(|rows| {
         let late = &rows[rows.len() - (5.0 / PERIOD) as usize..];
-        let square = |row: &[f64; CHANNELS]| {
+        let square = |row: &[f64; LOOP_CHANNELS]| {
             row.iter().zip(&size).map(|(left, size)| (left / size).powi(2)).sum::<f64>()
         };
         (late.iter().map(square).sum::<f64>() / late.len() as f64).sqrt()
@@ -241,12 +241,13 @@ fn left_late(in_time: &[Run; 2], linear: &[Run; 2]) -> [f64; 2] {
 fn a_kick_in_the_run_in_time_dies_out_as_it_does_in_the_linear_loop() {
     let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &KICKED);
     let mut runner = TestRunner::new_with_rng(Config::default(), rng);
-    for (controller, law) in
-        Controller::ALL.into_iter().flat_map(|each| library().iter().map(move |law| (each, law)))
+    for (controller, law) in ControllerKind::ALL
+        .into_iter()
+        .flat_map(|each| library().iter().map(move |law| (each, law)))
     {
         let drawn = met(vec![law.clone()]).new_tree(&mut runner).expect("a cell").current();
         // With a seam sensor around it superposed control hardly dies out, or grows.
-        if controller == Controller::Superposed && law.needs().seam_sensor {
+        if controller == ControllerKind::Superposed && law.needs().seam_sensor {
             continue;
         }
         let met = Met { controller, place: 0.7 * drawn.place, ..drawn };
@@ -264,7 +265,7 @@ fn a_kick_in_the_run_in_time_dies_out_as_it_does_in_the_linear_loop() {
             let margins = margins(scenario, &there, friction).expect("a place");
             // With as much dry friction as none, superposed control under the observer is not.
             if margins.channels.is_none() {
-                assert_eq!(controller, Controller::Superposed, "{name}: {margins:?}");
+                assert_eq!(controller, ControllerKind::Superposed, "{name}: {margins:?}");
                 return;
             }
             let in_time = kicked(|kick| run_in_time(scenario, at, kick).expect("it ends"));
@@ -286,7 +287,7 @@ fn a_loop_whose_answer_dies_out_is_stable() {
     let seam = Seam::of(&fixtures.weld);
     let cell = Cell::new(&fixtures.robot.robot, &[], &process, seam.b_from_w).expect("a cell");
     let learning = trueweld_tests::cell::law("learning");
-    let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &learning);
+    let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &learning);
     let scenario = Scenario { plant_step: 2e-3, ..scenario };
     let [.., standing, _, _, _] = &OperatingPoint::along(&fixtures.weld, 1)[..] else { panic!() };
     let margins = margins(&scenario, standing, FrictionSlope::Full).expect("a place");
@@ -301,7 +302,7 @@ fn a_loop_whose_answer_dies_out_is_stable() {
         let rows = rows.skip((from / PERIOD) as usize).take((5.0 / PERIOD) as usize);
         rows.map(|(a, b)| (b[i] - a[i]).abs()).fold(0.0, f64::max)
     };
-    for i in 0..CHANNELS {
+    for i in 0..LOOP_CHANNELS {
         let [first, late, end] = [0.0, 20.0, 75.0].map(|from| left(from, i));
         assert!(late < (-0.2_f64 * 20.0).exp() * first && end < 1e-5 * first, "channel {i}");
     }

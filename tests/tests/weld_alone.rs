@@ -4,7 +4,7 @@
 
 use trueweld_laboratory::ProtocolFile;
 use trueweld_measure::data::campaign::Campaign;
-use trueweld_measure::diagnose::{Verdict, diagnose};
+use trueweld_measure::diagnose::{DiagnosisVerdict, diagnose};
 use trueweld_measure::discover::discover;
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::residuals::compare::{baseline, experiments};
@@ -24,10 +24,10 @@ fn weld(name: &str, effect: &str, seed: u64) -> ProtocolFile {
 /// Effects of the first explanation and of those tied with it, with the first value of each.
 fn answer(protocol: &ProtocolFile) -> Vec<(&'static str, f64)> {
     let ready = recorded(protocol).expect("the campaign is made");
-    let mut diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| ()).expect("diagnosed");
-    let discovered = discover(&ready.bench, &ready.logs, &mut diagnosis, &|_, _| ());
+    let mut diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
+    let discovered = discover(&ready.problem, &ready.logs, &mut diagnosis, &|_, _| ());
     let laws: Vec<_> = discovered.iter().map(|law| (law.hypothesis, &law.expression)).collect();
-    assert!(laws.is_empty() && diagnosis.verdict == Verdict::EffectFound, "{laws:?}");
+    assert!(laws.is_empty() && diagnosis.verdict == DiagnosisVerdict::EffectFound, "{laws:?}");
     let first = &diagnosis.candidates[0];
     let tied = first.indistinguishable.iter().map(|k| &diagnosis.candidates[*k]);
     let effects = std::iter::once(first).chain(tied).flat_map(|c| &c.effects);
@@ -42,10 +42,10 @@ fn in_welds_of_a_sound_cell_a_tracker_that_was_moved_is_told_and_no_effect() {
     let file = ModelFile::read(&campaign.model).expect("a model");
     let logs = campaign.logs;
     let ready = experiments(&logs, &baseline(&file)).expect("logs that can be compared");
-    let bench = FitProblem::new(&file, ready);
-    let mut diagnosis = diagnose(&bench, &logs, &|_, _| ()).expect("diagnosed");
-    let discovered = discover(&bench, &logs, &mut diagnosis, &|_, _| ());
-    assert!(discovered.is_empty() && diagnosis.verdict == Verdict::Adequate);
+    let problem = FitProblem::new(&file, ready);
+    let mut diagnosis = diagnose(&problem, &logs, &|_, _| ()).expect("diagnosed");
+    let discovered = discover(&problem, &logs, &mut diagnosis, &|_, _| ());
+    assert!(discovered.is_empty() && diagnosis.verdict == DiagnosisVerdict::Adequate);
     let likely: Vec<_> =
         diagnosis.candidates.iter().filter(|c| c.probability > 0.01).map(|c| &c.effects).collect();
     assert!(likely.is_empty(), "{likely:?}");

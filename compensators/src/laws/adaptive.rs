@@ -35,7 +35,7 @@
 use crate::by_compliance::ByCompliance;
 use crate::deviation_history::{DeviationHistory, beside_depth};
 use crate::estimate::Estimate;
-use crate::gain::{GainError, require, usable_period};
+use crate::gain::{AT_MOST_ONE, AT_MOST_TEN, GainError, require, usable_period};
 use crate::law::{Law, Needs, Setup};
 use crate::{FeedForward, OuterIntegral};
 use nalgebra::{SMatrix, SVector, Vector3};
@@ -44,7 +44,7 @@ use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, Real, Robot, Twist, Wrench};
 
 /// Unknowns: six compliances, two forces, two offsets.
-const UNKNOWN: usize = 10;
+const ADAPTIVE_UNKNOWNS: usize = 10;
 
 /// First of the offsets.
 const OFFSETS: usize = 8;
@@ -52,16 +52,16 @@ const OFFSETS: usize = 8;
 /// Relative change of the feed over a period up to which it counts as constant; and distance at
 /// constant feed after which the material behind the tool is in its steady state, m: several
 /// shoulder radii.
-const EVEN: f64 = 0.01;
-const SETTLED: f64 = 0.03;
+const CONSTANT_FEED_CHANGE: f64 = 0.01;
+const STEADY_MATERIAL_DISTANCE: f64 = 0.03;
 
 /// What Φ leaves out of a measurement, rad and m: the ripple of the process, and the force with
 /// which the material answers a correction. A smaller R would make the estimate so fast that it
 /// oscillates with the material.
-const LEFT_OUT: [f64; 2] = [1e-4, 5e-5];
+const UNMODELLED_DEVIATIONS: [f64; 2] = [1e-4, 5e-5];
 
 /// Innovations are clipped at so many standard deviations of the noise.
-const CLIPPED: f64 = 30.0;
+const ADAPTIVE_INNOVATION_LIMIT: f64 = 30.0;
 
 /// A measurement is used only where φᵀPφ is more than this share of R.
 const EXCITED: f64 = 0.01;
@@ -69,7 +69,7 @@ const EXCITED: f64 = 0.01;
 /// Time in which forgetting restores the prior variance, s: of compliances and forces, and of
 /// offsets. At the smallest R the offset across the seam then follows at 4 rad/s, the limit that
 /// the plastic channel behind the tool sets (see seam tracking).
-const FORGOTTEN: [f64; 2] = [3600.0, 480.0];
+const FORGETTING_TIMES: [f64; 2] = [3600.0, 480.0];
 
 /// Gains of the adaptive law: how well the model is known, one standard deviation each.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,7 +100,7 @@ impl Default for AdaptiveGains {
 /// Adaptive law.
 #[derive(Debug, Clone)]
 pub struct Adaptive<T: Real> {
-    estimate: Estimate<T, UNKNOWN>,
+    estimate: Estimate<T, ADAPTIVE_UNKNOWNS>,
     period: T,
     history: DeviationHistory<T>,
     /// Path position and speed of the last period, and where the speed became even.
@@ -116,13 +116,11 @@ impl<T: Real> Adaptive<T> {
     /// [`GainError`] unless period and priors are positive, relative ones at most 10, and the
     /// others at most 1 rad and 1 m.
     pub fn new(gains: &AdaptiveGains, period: T) -> Result<Self, GainError> {
-        const UP_TO_10: &str = "a number above 0 and at most 10";
-        const UP_TO_1: &str = "a number above 0 and at most 1";
         let within = |value: f64, most: f64| value > 0.0 && value <= most;
-        require(within(gains.prior_compliance, 10.0), "prior_compliance", UP_TO_10)?;
-        require(within(gains.prior_force, 10.0), "prior_force", UP_TO_10)?;
-        require(within(gains.prior_tilt_rad, 1.0), "prior_tilt_rad", UP_TO_1)?;
-        require(within(gains.prior_lateral_m, 1.0), "prior_lateral_m", UP_TO_1)?;
+        require(within(gains.prior_compliance, 10.0), "prior_compliance", AT_MOST_TEN)?;
+        require(within(gains.prior_force, 10.0), "prior_force", AT_MOST_TEN)?;
+        require(within(gains.prior_tilt_rad, 1.0), "prior_tilt_rad", AT_MOST_ONE)?;
+        require(within(gains.prior_lateral_m, 1.0), "prior_lateral_m", AT_MOST_ONE)?;
         usable_period(period)?;
         let prior = SVector::from_fn(|i, _| {
             lit(match i {
@@ -133,7 +131,7 @@ impl<T: Real> Adaptive<T> {
             })
         });
         let growth = SVector::from_fn(|i, _| {
-            let forgotten: T = lit(FORGOTTEN[usize::from(i >= OFFSETS)]);
+            let forgotten: T = lit(FORGETTING_TIMES[usize::from(i >= OFFSETS)]);
             period / forgotten
         });
         Ok(Self {
@@ -156,7 +154,7 @@ impl<T: Real> Adaptive<T> {
         &mut self,
         robot: &Robot<T>,
         observation: &Observation<'_, T>,
-    ) -> Result<SMatrix<T, 6, UNKNOWN>, Fault> {
+    ) -> Result<SMatrix<T, 6, ADAPTIVE_UNKNOWNS>, Fault> {
         let link = observation.nominal_angles(robot)?;
         let frames = robot.frames(&link);
         let w = observation.setpoint.b_from_w;
@@ -164,7 +162,7 @@ impl<T: Real> Adaptive<T> {
         let compliance = robot.cartesian_compliance(&jacobian);
         let in_w = |v: SVector<T, 6>| Twist::from_vector(&v).rotated(&w.transpose()).to_vector();
         let columns = self.by_compliance.columns(robot, &frames, &link, observation);
-        let mut regressor = SMatrix::<T, 6, UNKNOWN>::zeros();
+        let mut regressor = SMatrix::<T, 6, ADAPTIVE_UNKNOWNS>::zeros();
         regressor.fixed_columns_mut::<6>(0).copy_from(&columns);
         for (i, part) in [
             (6, Vector3::x() * observation.planned.force.x),
@@ -182,21 +180,23 @@ impl<T: Real> Adaptive<T> {
     fn feeds_evenly(&mut self, path: T) -> bool {
         let (before, speed, since) = self.fed.unwrap_or((path, T::zero(), path));
         let now = (path - before) / self.period;
-        let even = now > T::zero() && (now - speed).abs() <= now * lit(EVEN);
+        let even = now > T::zero() && (now - speed).abs() <= now * lit(CONSTANT_FEED_CHANGE);
         let since = if even { since } else { path };
         self.fed = Some((path, now, since));
-        even && path - since >= lit(SETTLED)
+        even && path - since >= lit(STEADY_MATERIAL_DISTANCE)
     }
 
     fn learn(
         &mut self,
-        regressor: &SMatrix<T, 6, UNKNOWN>,
+        regressor: &SMatrix<T, 6, ADAPTIVE_UNKNOWNS>,
         measurement: &DeviationMeasurement<T>,
         evenly: bool,
     ) {
         let mut row = regressor.tr_mul(&beside_depth(measurement));
         let expected = row.dot(self.estimate.unknown());
-        let Some(innovation) = self.history.innovation(measurement, expected, CLIPPED) else {
+        let Some(innovation) =
+            self.history.innovation(measurement, expected, ADAPTIVE_INNOVATION_LIMIT)
+        else {
             return;
         };
         if !evenly {
@@ -204,8 +204,8 @@ impl<T: Real> Adaptive<T> {
         }
         let along =
             |axes: &Vector3<T>, left_out: f64| axes.norm_squared() * lit(left_out * left_out);
-        let left_out = along(&measurement.along.angular, LEFT_OUT[0])
-            + along(&measurement.along.linear, LEFT_OUT[1]);
+        let left_out = along(&measurement.along.angular, UNMODELLED_DEVIATIONS[0])
+            + along(&measurement.along.linear, UNMODELLED_DEVIATIONS[1]);
         let noise = left_out.max(measurement.noise * measurement.noise);
         self.estimate.update(&row, innovation, noise, lit(EXCITED));
     }
@@ -216,7 +216,7 @@ impl<T: Real> Law<T> for Adaptive<T> {
     const SUMMARY: &'static str =
         "Feed-forward, with stiffnesses learned from a seam sensor (--passes)";
     const NEEDS: Needs = Needs { seam_sensor: true, passes: true, ..Needs::NOTHING };
-    const PACE: &'static [&'static str] = &["prior_tilt_rad", "prior_lateral_m"];
+    const BANDWIDTH_GAINS: &'static [&'static str] = &["prior_tilt_rad", "prior_lateral_m"];
     type Gains = AdaptiveGains;
     type Built = OuterIntegral<T, Self>;
 

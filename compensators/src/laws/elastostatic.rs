@@ -79,7 +79,7 @@ impl<T: Real> Law<T> for Elastostatic<T> {
     const NAME: &'static str = "elastostatic";
     const SUMMARY: &'static str = "From the measured wrench and the robot's stiffness";
     const NEEDS: Needs = Needs { force_sensor: true, ..Needs::NOTHING };
-    const PACE: &'static [&'static str] = &["wrench_filter_hz"];
+    const BANDWIDTH_GAINS: &'static [&'static str] = &["wrench_filter_hz"];
     type Gains = ElastostaticGains;
     type Built = Self;
 

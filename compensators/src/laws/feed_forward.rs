@@ -20,7 +20,7 @@ use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// Share of the rate of the outer integral across the seam where no seam sensor's loop is beside it.
-const SHARE: f64 = 0.4;
+const OUTER_INTEGRAL_SHARE: f64 = 0.4;
 
 /// Feed-forward law.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -40,7 +40,7 @@ impl<T: Real> Law<T> for FeedForward {
 impl FeedForward {
     /// Gains of the outer integral of a law without a seam sensor.
     pub(crate) fn following(of: &FollowingGains) -> FollowingGains {
-        of.across(SHARE)
+        of.across(OUTER_INTEGRAL_SHARE)
     }
 }
 

@@ -41,7 +41,7 @@ use trueweld_core::{Fault, Real, Robot, Twist};
 const SEGMENTS: usize = 256;
 
 /// Push from which on a measurement is used, as a share of the largest push planned so far.
-const FULL: f64 = 0.98;
+const FULL_PUSH_SHARE: f64 = 0.98;
 
 /// Half width of the triangular mean F over what laws on top added, m: waves shorter than this are
 /// not taken over. On material ten times as firm as the arm is across the seam, whose channel has a
@@ -51,11 +51,11 @@ const LONG: f64 = 0.125;
 /// Half width of the triangular mean Q over the correction, m. Waves below 10 mm are left out: at 10
 /// mm/s arm, position loop and correction loop follow them more than a quarter of a turn late, and
 /// what is learned of them comes with the wrong sign.
-const SHORT: f64 = 0.012;
+const SMOOTHING_HALF_WIDTH: f64 = 0.012;
 
 /// Innovations are clipped at so many standard deviations of the noise. Wide: a first pass is off
 /// by millimetres.
-const CLIPPED: f64 = 100.0;
+const LEARNING_INNOVATION_LIMIT: f64 = 100.0;
 
 /// Share of the rate of the outer integral across the seam. Beside seam tracking as slow as this one,
 /// all of it leaves a modulus margin of 0.41 where the tool stands and dry friction holds the drives
@@ -164,7 +164,7 @@ impl<T: Real, L> Learning<T, L> {
 
     fn see(&mut self, measurement: &DeviationMeasurement<T>, path: T, correction: &SVector<T, 6>) {
         let Some((along, innovation)) =
-            self.history.innovation_along(measurement, correction, CLIPPED)
+            self.history.innovation_along(measurement, correction, LEARNING_INNOVATION_LIMIT)
         else {
             return;
         };
@@ -175,7 +175,7 @@ impl<T: Real, L> Learning<T, L> {
             // A measurement weighs most in the direction that it measures most.
             let weight = along.component_mul(&along) / square;
             let share = along.component_mul(&weight) / square;
-            let most = measurement.noise * lit(CLIPPED);
+            let most = measurement.noise * lit(LEARNING_INNOVATION_LIMIT);
             let left = (-measurement.deviation).max(-most).min(most);
             place.left += share * left;
             place.added += share * (innovation - left);
@@ -199,7 +199,9 @@ impl<T: Real, L> Learning<T, L> {
         }
         for (k, learned) in self.learned.iter_mut().enumerate() {
             let (mut sum, mut shares) = (SVector::zeros(), T::zero());
-            for (near, share) in around(&self.pass, k, lit::<T>(SHORT) / self.spacing) {
+            for (near, share) in
+                around(&self.pass, k, lit::<T>(SMOOTHING_HALF_WIDTH) / self.spacing)
+            {
                 sum += near.left * share;
                 shares += share;
             }
@@ -230,7 +232,7 @@ impl<T: Real> Law<T> for Learning<T, FeedForward> {
     const NAME: &'static str = "learning";
     const SUMMARY: &'static str = "Seam tracking, corrected from pass to pass (--passes)";
     const NEEDS: Needs = Needs { seam_sensor: true, passes: true, ..Needs::NOTHING };
-    const PACE: &'static [&'static str] = &["rate_rad_s"];
+    const BANDWIDTH_GAINS: &'static [&'static str] = &["rate_rad_s"];
     type Gains = LearningGains;
     type Built = OuterIntegral<T, SeamTracking<T, Self>>;
 
@@ -273,7 +275,7 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for Learning<T, L> {
         let raised =
             if self.push > T::zero() { (push / self.push).max(T::zero()) } else { T::zero() };
         let correction = self.correction(observation.path) * raised;
-        if raised >= lit(FULL) && !self.frozen {
+        if raised >= lit(FULL_PUSH_SHARE) && !self.frozen {
             for measurement in observation.measurements {
                 self.see(measurement, observation.path, &correction);
             }

@@ -86,7 +86,7 @@ impl<T: Real> Law<T> for Observer<T> {
     const NAME: &'static str = "observer";
     const SUMMARY: &'static str = "From motor torque and encoders";
     const NEEDS: Needs = Needs { motor_torque: true, ..Needs::NOTHING };
-    const PACE: &'static [&'static str] = &["bandwidth_hz"];
+    const BANDWIDTH_GAINS: &'static [&'static str] = &["bandwidth_hz"];
     type Gains = ObserverGains;
     type Built = Self;
 

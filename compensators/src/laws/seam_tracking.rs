@@ -33,11 +33,11 @@ use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// Places ahead of the tool at which a shape is kept.
-const PLACES: usize = 64;
+const SHAPE_PLACES: usize = 64;
 
 /// Innovations are clipped at so many standard deviations of the noise: an outlier moves the tool
 /// little.
-const CLIPPED: f64 = 10.0;
+const SEAM_INNOVATION_LIMIT: f64 = 10.0;
 
 /// Gains of seam tracking.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,7 +69,7 @@ pub struct SeamTracking<T: Real, L> {
     /// b, axes of W.
     learned: SVector<T, 6>,
     /// Path position of each place, m, and the shape seen there.
-    ahead: Deque<(T, SVector<T, 6>), PLACES>,
+    ahead: Deque<(T, SVector<T, 6>), SHAPE_PLACES>,
     path: Option<T>,
 }
 
@@ -113,7 +113,7 @@ impl<T: Real, L> SeamTracking<T, L> {
         let width = self
             .ahead
             .front()
-            .map_or(T::zero(), |first| (place - first.0) / lit((PLACES - 1) as f64));
+            .map_or(T::zero(), |first| (place - first.0) / lit((SHAPE_PLACES - 1) as f64));
         match self.ahead.back_mut() {
             Some((last, held)) if place - *last <= width => *held += shape,
             _ => {
@@ -129,7 +129,7 @@ impl<T: Real, L> SeamTracking<T, L> {
     fn correct(&mut self, measurement: &DeviationMeasurement<T>, path: T, share: T) {
         let pending = self.ahead.iter().fold(self.learned, |sum, (_, shape)| sum + shape);
         let Some((along, innovation)) =
-            self.history.innovation_along(measurement, &pending, CLIPPED)
+            self.history.innovation_along(measurement, &pending, SEAM_INNOVATION_LIMIT)
         else {
             return;
         };
@@ -145,7 +145,7 @@ impl<T: Real> Law<T> for SeamTracking<T, FeedForward> {
     const NAME: &'static str = "seam-tracking";
     const SUMMARY: &'static str = "Feed-forward, corrected by a seam sensor";
     const NEEDS: Needs = Needs { seam_sensor: true, ..Needs::NOTHING };
-    const PACE: &'static [&'static str] = &["rate_rad_s"];
+    const BANDWIDTH_GAINS: &'static [&'static str] = &["rate_rad_s"];
     type Gains = TrackingGains;
     type Built = OuterIntegral<T, Self>;
 

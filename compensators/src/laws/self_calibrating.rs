@@ -14,7 +14,7 @@
 //! E_z: how far the encoders' pose lies below the set-point; f: measured push; k_z: stiffness of
 //! the material; d, n: offset and slope of what is not known of plate and material. The angles along
 //! the seam change Φ_z, so that joints are told apart; a Kalman filter takes a reading every
-//! [`EVERY`] of the way, at steady load.
+//! [`READING_DISTANCE`] of the way, at steady load.
 //!
 //! What is found moves the demand across and along the seam, and no reading there comes back: the
 //! law closes no loop through the material across the seam.
@@ -26,7 +26,7 @@
 use crate::OuterIntegral;
 use crate::by_compliance::ByCompliance;
 use crate::estimate::Estimate;
-use crate::gain::{GainError, positive, require, usable_period};
+use crate::gain::{AT_MOST_ONE, AT_MOST_TEN, GainError, positive, require, usable_period};
 use crate::law::{Law, Needs, Setup};
 use crate::laws::FeedForward;
 use nalgebra::{SVector, Vector3};
@@ -35,23 +35,23 @@ use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, JOINTS, Real, Robot, Twist, Wrench};
 
 /// Unknowns: six compliances, offset and slope of the plate.
-const UNKNOWN: usize = JOINTS + 2;
+const CALIBRATION_UNKNOWNS: usize = JOINTS + 2;
 
 /// Way between two readings, m.
-const EVERY: f64 = 0.02;
+const READING_DISTANCE: f64 = 0.02;
 
 /// Length over which a plate's unevenness stays what it is, m: readings within it count as one.
 const UNEVEN_OVER: f64 = 0.1;
 
 /// Time constant of the low-pass on depth, s, and how many of them a steady load lasts before it is
 /// believed.
-const FILTER: f64 = 0.25;
-const SETTLED: f64 = 4.0;
+const DEPTH_FILTER_TIME: f64 = 0.25;
+const SETTLING_TIME_CONSTANTS: f64 = 4.0;
 
 /// Change of the planned force over a period up to which it is steady, of the push, and relative error of
 /// the push up to which it is the planned one.
-const STEADY: f64 = 1e-6;
-const NEAR: f64 = 0.05;
+const STEADY_FORCE_CHANGE: f64 = 1e-6;
+const PUSH_ERROR_MAX: f64 = 0.05;
 
 /// Gains of the self-calibrating law: how well the cell is known, one standard deviation each.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,7 +86,7 @@ impl Default for SelfCalibratingGains {
 /// Self-calibrating law.
 #[derive(Debug, Clone)]
 pub struct SelfCalibrating<T: Real> {
-    estimate: Estimate<T, UNKNOWN>,
+    estimate: Estimate<T, CALIBRATION_UNKNOWNS>,
     /// Variance of a reading.
     noise: T,
     compliance_of_material: T,
@@ -117,13 +117,11 @@ impl<T: Real> SelfCalibrating<T> {
     /// [`GainError`] unless period and gains are positive, relative priors at most 10, and the
     /// others at most 1 rad and 1 m.
     pub fn new(gains: &SelfCalibratingGains, period: T) -> Result<Self, GainError> {
-        const UP_TO_10: &str = "a number above 0 and at most 10";
-        const UP_TO_1: &str = "a number above 0 and at most 1";
         let within = |value: f64, most: f64| value > 0.0 && value <= most;
-        require(within(gains.prior_compliance, 10.0), "prior_compliance", UP_TO_10)?;
-        require(within(gains.prior_depth_m, 1.0), "prior_depth_m", UP_TO_1)?;
-        require(within(gains.prior_slope_rad, 1.0), "prior_slope_rad", UP_TO_1)?;
-        require(within(gains.flatness_m, 1.0), "flatness_m", UP_TO_1)?;
+        require(within(gains.prior_compliance, 10.0), "prior_compliance", AT_MOST_TEN)?;
+        require(within(gains.prior_depth_m, 1.0), "prior_depth_m", AT_MOST_ONE)?;
+        require(within(gains.prior_slope_rad, 1.0), "prior_slope_rad", AT_MOST_ONE)?;
+        require(within(gains.flatness_m, 1.0), "flatness_m", AT_MOST_ONE)?;
         positive(gains.material_stiffness_n_m, "material_stiffness_n_m")?;
         usable_period(period)?;
         let prior = SVector::from_fn(|i, _| {
@@ -135,7 +133,7 @@ impl<T: Real> SelfCalibrating<T> {
         });
         Ok(Self {
             estimate: Estimate::new(prior, &SVector::zeros()),
-            noise: lit(gains.flatness_m * gains.flatness_m * (UNEVEN_OVER / EVERY)),
+            noise: lit(gains.flatness_m * gains.flatness_m * (UNEVEN_OVER / READING_DISTANCE)),
             compliance_of_material: lit(gains.material_stiffness_n_m.recip()),
             period,
             by_compliance: ByCompliance::new(),
@@ -165,16 +163,17 @@ impl<T: Real> SelfCalibrating<T> {
             self.depth = Some(Depth { bent, planned: load, since: T::zero(), read: None });
             return None;
         };
-        let share = self.period / (self.period + lit(FILTER));
+        let share = self.period / (self.period + lit(DEPTH_FILTER_TIME));
         depth.bent += (bent - depth.bent) * share;
         let planned = -load.z;
         // While the feed rises, the drag does, and the arm bends by it in depth as well.
-        let steady = (load - depth.planned).norm() <= planned.abs() * lit(STEADY);
-        let near = (push - planned).abs() <= planned.abs() * lit(NEAR) && planned > T::zero();
+        let steady = (load - depth.planned).norm() <= planned.abs() * lit(STEADY_FORCE_CHANGE);
+        let near =
+            (push - planned).abs() <= planned.abs() * lit(PUSH_ERROR_MAX) && planned > T::zero();
         depth.since = if steady && near { depth.since + self.period } else { T::zero() };
         depth.planned = load;
-        let due = depth.read.is_none_or(|read| (path - read).abs() >= lit(EVERY));
-        if !due || depth.since < lit(FILTER * SETTLED) {
+        let due = depth.read.is_none_or(|read| (path - read).abs() >= lit(READING_DISTANCE));
+        if !due || depth.since < lit(DEPTH_FILTER_TIME * SETTLING_TIME_CONSTANTS) {
             return None;
         }
         depth.read = Some(path);
@@ -223,7 +222,7 @@ impl<T: Real> Compensator<T> for SelfCalibrating<T> {
         let columns = self.by_compliance.columns(robot, &robot.frames(&link), &link, observation);
         let unloaded = *self.unloaded.get_or_insert_with(|| demand_for(&Wrench::zero()).linear.z);
         if let Some(bent) = self.reading(robot, observation).filter(|_| !self.frozen) {
-            let mut row = SVector::<T, UNKNOWN>::zeros();
+            let mut row = SVector::<T, CALIBRATION_UNKNOWNS>::zeros();
             row.fixed_rows_mut::<JOINTS>(0).copy_from(&columns.row(5).transpose());
             (row[JOINTS], row[JOINTS + 1]) = (T::one(), observation.path);
             let expected = planned.linear.z - unloaded + row.dot(self.estimate.unknown());

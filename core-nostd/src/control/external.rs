@@ -14,7 +14,7 @@
 
 use super::position_loop::PositionLoop;
 use super::{
-    Command, HybridController, JointGains, Limited, SensorReadings, Setpoint, SpindleFilter,
+    DriveCommand, HybridController, JointGains, Limited, SensorReadings, Setpoint, SpindleFilter,
     sensed_push,
 };
 use crate::error::Fault;
@@ -102,7 +102,7 @@ impl<T: Real> HybridController<T> for External<T> {
         robot: &Robot<T>,
         setpoint: &Setpoint<T>,
         sensed: &SensorReadings<T>,
-    ) -> Command<T> {
+    ) -> DriveCommand<T> {
         let view = match self.position.view(robot, setpoint, sensed) {
             Ok(view) => view,
             Err(fault) => return self.position.safe(robot, sensed, fault),
@@ -137,7 +137,7 @@ impl<T: Real> HybridController<T> for External<T> {
         error.linear += z * self.correction;
         match self.position.torque(robot, &view, &sensed.encoder, &error, &JointVector::zeros()) {
             Err(fault) => self.position.safe(robot, sensed, fault),
-            Ok((torque, held)) => Command {
+            Ok((torque, held)) => DriveCommand {
                 torque,
                 fault,
                 force_error,

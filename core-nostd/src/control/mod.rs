@@ -75,7 +75,7 @@ pub struct SensorReadings<T: Real> {
 
 /// Torque of the drives in this period, and the controller's internal signals.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Command<T: Real> {
+pub struct DriveCommand<T: Real> {
     /// Motor torque Γ, seen from the joint, N·m, within the drives' limits.
     pub torque: JointVector<T>,
     /// Set where this is the safe command in place of the controller's; the caller decides whether
@@ -125,7 +125,7 @@ pub trait HybridController<T: Real> {
         robot: &Robot<T>,
         setpoint: &Setpoint<T>,
         sensed: &SensorReadings<T>,
-    ) -> Command<T>;
+    ) -> DriveCommand<T>;
 }
 
 impl<T: Real, C: HybridController<T> + ?Sized> HybridController<T> for &mut C {
@@ -138,7 +138,7 @@ impl<T: Real, C: HybridController<T> + ?Sized> HybridController<T> for &mut C {
         robot: &Robot<T>,
         setpoint: &Setpoint<T>,
         sensed: &SensorReadings<T>,
-    ) -> Command<T> {
+    ) -> DriveCommand<T> {
         (**self).cycle(robot, setpoint, sensed)
     }
 }

@@ -12,7 +12,7 @@
 
 use super::position_loop::{PositionLoop, push_torque};
 use super::{
-    Command, HybridController, JointGains, Limited, SensorReadings, Setpoint, SpindleFilter,
+    DriveCommand, HybridController, JointGains, Limited, SensorReadings, Setpoint, SpindleFilter,
     sensed_push,
 };
 use crate::error::Fault;
@@ -145,7 +145,7 @@ impl<T: Real, const SELECT: bool> HybridController<T> for Branches<T, SELECT> {
         robot: &Robot<T>,
         setpoint: &Setpoint<T>,
         sensed: &SensorReadings<T>,
-    ) -> Command<T> {
+    ) -> DriveCommand<T> {
         let Self { position, force } = self;
         let view = match position.view(robot, setpoint, sensed) {
             Ok(view) => view,
@@ -177,7 +177,7 @@ impl<T: Real, const SELECT: bool> HybridController<T> for Branches<T, SELECT> {
                 if !SELECT && !held {
                     position.take_over(&view, &z, force.transfer_integral());
                 }
-                Command {
+                DriveCommand {
                     torque,
                     fault: push.as_ref().and_then(|p| p.fault),
                     force_error: push.as_ref().map_or(T::zero(), |p| p.error),

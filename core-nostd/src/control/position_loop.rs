@@ -1,7 +1,7 @@
 //! The part all three structures share: joint errors from a tool pose error, six PID loops, and the
 //! safe command.
 
-use super::{Command, InputCheck, Limited, SensorReadings, Setpoint};
+use super::{DriveCommand, InputCheck, Limited, SensorReadings, Setpoint};
 use crate::error::Fault;
 use crate::kinematics::Frames;
 use crate::pid::{Pid, PidGains};
@@ -33,7 +33,7 @@ pub(super) struct PositionLoop<T: Real> {
 }
 
 /// The encoders' view of the arm in this period, checked.
-pub(super) struct View<T: Real> {
+pub(super) struct EncoderView<T: Real> {
     pub frames: Frames<T>,
     pub inverse: Lu<T>,
 }
@@ -60,12 +60,12 @@ impl<T: Real> PositionLoop<T> {
         robot: &Robot<T>,
         setpoint: &Setpoint<T>,
         sensed: &SensorReadings<T>,
-    ) -> Result<View<T>, Fault> {
+    ) -> Result<EncoderView<T>, Fault> {
         self.inputs.check(robot, setpoint, sensed, self.period)?;
         let frames = robot.frames(&sensed.encoder);
         // At 2 m reach, a pivot of 1e-4 of the largest is some 0.01° from singular.
         let inverse = Lu::new(&frames.jacobian().0, lit(1e-4)).ok_or(Fault::Singular)?;
-        Ok(View { frames, inverse })
+        Ok(EncoderView { frames, inverse })
     }
 
     /// Γ for the tool pose error ΔX (axes of B) and extra torque already decided elsewhere. True if
@@ -73,7 +73,7 @@ impl<T: Real> PositionLoop<T> {
     pub fn torque(
         &mut self,
         robot: &Robot<T>,
-        view: &View<T>,
+        view: &EncoderView<T>,
         encoder: &JointVector<T>,
         error: &Twist<T>,
         extra: &JointVector<T>,
@@ -96,7 +96,7 @@ impl<T: Real> PositionLoop<T> {
     }
 
     /// Takes a push along z out of the integrators, because the force branch now carries it.
-    pub fn release(&mut self, view: &View<T>, depth_axis: &Vector3<T>, push: T) {
+    pub fn release(&mut self, view: &EncoderView<T>, depth_axis: &Vector3<T>, push: T) {
         let load = push_torque(&view.frames, depth_axis, push);
         for (pid, load) in self.pid.iter_mut().zip(load.iter()) {
             pid.transfer_integral(-*load);
@@ -104,13 +104,18 @@ impl<T: Real> PositionLoop<T> {
     }
 
     /// Takes a push along z into the integrators, because the force branch gave it up.
-    pub fn take_over(&mut self, view: &View<T>, depth_axis: &Vector3<T>, push: T) {
+    pub fn take_over(&mut self, view: &EncoderView<T>, depth_axis: &Vector3<T>, push: T) {
         self.release(view, depth_axis, -push);
     }
 
     /// The defined safe command: gravity held at the last good angles, viscous braking, integrators
     /// left as they are.
-    pub fn safe(&self, robot: &Robot<T>, sensed: &SensorReadings<T>, fault: Fault) -> Command<T> {
+    pub fn safe(
+        &self,
+        robot: &Robot<T>,
+        sensed: &SensorReadings<T>,
+        fault: Fault,
+    ) -> DriveCommand<T> {
         let last_good = self.inputs.last_good();
         let hold = weight(robot, &robot.frames(last_good), last_good);
         let torque = JointVector::from_fn(|i, _| {
@@ -119,7 +124,7 @@ impl<T: Real> PositionLoop<T> {
             let limit = robot.parameters().joints[i].max_torque;
             held(hold[i] + self.pid[i].integral() + brake, T::zero(), limit)
         });
-        Command {
+        DriveCommand {
             torque,
             fault: Some(fault),
             force_error: T::zero(),

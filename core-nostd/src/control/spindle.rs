@@ -29,7 +29,7 @@ use crate::filter::Filter;
 use crate::scalar::{Real, lit};
 
 /// Orders of the spindle that are taken out.
-const ORDERS: [f64; 2] = [1.0, 2.0];
+const NOTCHED_ORDERS: [f64; 2] = [1.0, 2.0];
 
 /// Width B between the −3 dB points over the line's frequency. The line is known as well as the
 /// rate is; of a line that is off by 1 % a width of 0.15 leaves 13 %, and what is wider is later.
@@ -42,7 +42,7 @@ pub const LONGEST_DELAY: f64 = 0.012;
 /// Notches at the first and the second order of the spindle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpindleFilter<T: Real> {
-    lines: [Line<T>; 2],
+    lines: [SpindleOrder<T>; 2],
     rate: T,
     period: T,
 }
@@ -51,7 +51,7 @@ impl<T: Real> SpindleFilter<T> {
     /// A filter for samples `period` s apart that passes everything until it is
     /// [tuned](Self::tune).
     pub fn new(period: T) -> Self {
-        Self { lines: [Line::open(); 2], rate: T::zero(), period }
+        Self { lines: [SpindleOrder::open(); 2], rate: T::zero(), period }
     }
 
     /// Moves the notches to the spindle's rate, rad/s, of either sign. At 0 or NaN everything passes.
@@ -63,7 +63,7 @@ impl<T: Real> SpindleFilter<T> {
             return;
         }
         self.rate = rate;
-        for (line, order) in self.lines.iter_mut().zip(ORDERS) {
+        for (line, order) in self.lines.iter_mut().zip(NOTCHED_ORDERS) {
             // Turns of the line in a period, folded onto 0 … ½.
             let turns = rate.abs() * self.period * lit(order) / T::two_pi();
             let seen = (turns - turns.round()).abs();
@@ -105,14 +105,14 @@ impl<T: Real> Filter<T> for SpindleFilter<T> {
 
 /// One order: its notch, if there is one, and the filter's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Line<T: Real> {
+struct SpindleOrder<T: Real> {
     notch: Option<Notch<T>>,
     past: Option<T>,
     /// The line as a turning vector.
     state: [T; 2],
 }
 
-impl<T: Real> Line<T> {
+impl<T: Real> SpindleOrder<T> {
     fn open() -> Self {
         Self { notch: None, past: None, state: [T::zero(); 2] }
     }

@@ -14,7 +14,7 @@ use trueweld_measure::data::log::{LOG_FILE, Log};
 use trueweld_output::json::{self, CheckResult, CheckedFile};
 use trueweld_output::log_notice_in_words;
 use trueweld_plant::input::{
-    Control, Document, FileKind, InputError, InputFile, ModelFile, Process, RobotFile, Sensors,
+    Control, FileKind, InputError, InputFile, ModelFile, Process, RobotFile, Sensors, TomlDocument,
     Weld, folder_of, open_entries, read_text, warnings,
 };
 use trueweld_plant::integrate::{FastestMode, TooFast};
@@ -156,7 +156,7 @@ fn too_fast(file: &RobotFile) -> Option<TooFast> {
 }
 
 /// Checks that what a model says was measured was measured of it.
-fn check_model(model: &ModelFile, document: &Document<'_>) -> Result<(), InputError> {
+fn check_model(model: &ModelFile, document: &TomlDocument<'_>) -> Result<(), InputError> {
     if model.is_sealed()? {
         return Ok(());
     }
@@ -173,7 +173,7 @@ fn check_model(model: &ModelFile, document: &Document<'_>) -> Result<(), InputEr
 /// Everything the reader of its kind refuses; a `schema` that is of no kind.
 fn check(path: &Path) -> Result<(FileKind, Vec<String>, Vec<String>), InputError> {
     let (name, text) = read_text(path)?;
-    let document = Document::parse(&text, &name)?;
+    let document = TomlDocument::parse(&text, &name)?;
     let kind = document.kind()?;
     let mut notices = Vec::new();
     match kind {

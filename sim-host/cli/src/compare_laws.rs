@@ -11,7 +11,7 @@ use trueweld_compensators::{Entry, library};
 use trueweld_evaluate::Requirements;
 use trueweld_evaluate::laws::{LawComparison, NoFigures};
 use trueweld_output::LawsReport;
-use trueweld_plant::simulate::{Program, Scenario};
+use trueweld_plant::simulate::{Scenario, WeldProgram};
 
 /// Arguments of `compare-laws`.
 #[derive(Args)]
@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let comparison = LawComparison {
         scenario: Scenario {
             plant_step: STEP_OF_MANY,
-            ..inputs.scenario(Program::Weld, controller, &laws[0])
+            ..inputs.scenario(WeldProgram::Weld, controller, &laws[0])
         },
         robot: &inputs.robot.robot,
         stiffness_error: arguments.files.cell.stiffness_error.unwrap_or(STIFFNESS_ERROR),

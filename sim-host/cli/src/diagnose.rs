@@ -6,7 +6,7 @@ use clap::Args;
 use miette::{IntoDiagnostic, Result};
 use std::path::{Path, PathBuf};
 use trueweld_laboratory::weld_file;
-use trueweld_measure::diagnose::{diagnose, tell};
+use trueweld_measure::diagnose::{diagnose, explain};
 use trueweld_measure::discover::{discover, settling_experiment};
 use trueweld_measure::experiment::Plan;
 use trueweld_measure::fit::FitProblem;
@@ -54,22 +54,22 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let stage = |what: &str, share| progress.stage(what, 0.7 + 0.15 * share);
     let discovered = discover(&bench, logs, &mut diagnosis, &stage);
     let mut account =
-        tell(&bench, logs, &diagnosis, &|what, share| progress.stage(what, 0.85 + 0.15 * share));
+        explain(&bench, logs, &diagnosis, &|what, share| progress.stage(what, 0.85 + 0.15 * share));
     if let Some(discovery) = discovered.first() {
         // The other one would tell apart what explains a part within the library.
         account.next_experiment = settling_experiment(&bench, logs, discovery);
     }
     progress.finish();
-    let before = of_logs(logs, &bench.experiments, &diagnosis.before);
-    let after = of_logs(logs, &bench.experiments, &diagnosis.improved.at);
-    let mut notices = notices(logs, &after, &diagnosis.improved.at);
-    notices.extend(single_loads(logs, &bench.experiments, &diagnosis.improved.at));
+    let before = of_logs(logs, &bench.logs, &diagnosis.before);
+    let after = of_logs(logs, &bench.logs, &diagnosis.improved.residuals);
+    let mut notices = notices(logs, &after, &diagnosis.improved.residuals);
+    notices.extend(single_loads(logs, &bench.logs, &diagnosis.improved.residuals));
     notices.extend(measured.found.notices());
     notices.extend(of_each_log(&model.robot, logs, &bench.per_log, &diagnosis.each_log));
     arguments.results.write(&DiagnoseReport {
         model,
         diagnosis: &diagnosis,
-        account: &account,
+        explanation: &account,
         discovered: &discovered,
         before: &before,
         after: &after,

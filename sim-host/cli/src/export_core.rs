@@ -10,7 +10,7 @@ use std::slice;
 use trueweld_compensators::Entry;
 use trueweld_output::write_file;
 use trueweld_plant::provenance::Provenance;
-use trueweld_plant::simulate::Program;
+use trueweld_plant::simulate::WeldProgram;
 
 /// Arguments of `export-core`.
 #[derive(Args)]
@@ -33,7 +33,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let inputs = arguments.files.read()?;
     let controller = arguments.controller.controller();
     let law = &arguments.compensator;
-    let scenario = inputs.scenario(Program::Weld, controller, law);
+    let scenario = inputs.scenario(WeldProgram::Weld, controller, law);
     let constants = scenario.constants().into_diagnostic()?;
     let simulation = inputs.simulation(&[controller], slice::from_ref(law), 1, PLANT_STEP);
     let heading = heading(&inputs.provenance("export-core", simulation), law);

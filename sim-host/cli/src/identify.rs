@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, Result, miette};
 use nalgebra::Vector3;
 use std::path::PathBuf;
 use trueweld_identify::plan::{PlanOptions, plan, protocol_text};
-use trueweld_identify::{IdentifyError, Target, file, identify};
+use trueweld_identify::{IdentificationTarget, IdentifyError, file, identify};
 use trueweld_output::{
     IdentifyReport, MistakesReport, StiffnessPlanReport, identified_head, identified_source,
 };
@@ -77,8 +77,8 @@ struct Identified {
 pub fn run(arguments: &Arguments) -> Result<()> {
     match &arguments.what {
         What::Stiffness(arguments) => arguments.run(),
-        What::Damping(arguments) => arguments.run(Target::Damping),
-        What::Process(arguments) => arguments.run(Target::Process),
+        What::Damping(arguments) => arguments.run(IdentificationTarget::Damping),
+        What::Process(arguments) => arguments.run(IdentificationTarget::Process),
     }
 }
 
@@ -92,7 +92,7 @@ impl Stiffness {
         let Some(out) = &self.plan else {
             let measurements = Measurements::new(self.model.clone(), self.logs.clone());
             let (out, results) = (self.out.clone(), self.results.clone());
-            return Identified { measurements, out, results }.run(Target::Stiffness);
+            return Identified { measurements, out, results }.run(IdentificationTarget::Stiffness);
         };
         let within = |flag: &str, value: f64, low: f64, high: f64| {
             let fits = (low..=high).contains(&value);
@@ -139,7 +139,7 @@ impl Stiffness {
 }
 
 impl Identified {
-    fn run(&self, target: Target) -> Result<()> {
+    fn run(&self, target: IdentificationTarget) -> Result<()> {
         let mut outputs = self.results.outputs();
         outputs.extend(self.out.as_deref().map(|path| ("--out", path)));
         check_targets(&outputs)?;
@@ -163,7 +163,7 @@ impl Identified {
             let head = identified_head(&report);
             let source = |number: &_| identified_source(&report, number);
             let text = match target {
-                Target::Process => file::process_text(&found, out, &source, &head)?,
+                IdentificationTarget::Process => file::process_text(&found, out, &source, &head)?,
                 _ => file::robot_text(&found, out, &source, &head)?,
             };
             write(out, &text)?;

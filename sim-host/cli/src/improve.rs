@@ -79,11 +79,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         posterior(&bench, logs, &improvement, &model.robot).map_err(|error| error.to_string())
     };
     let posterior = write(&file, posterior, &arguments.out, &comments)?;
-    let at = improvement.fitted.as_ref().map_or(&improvement.diagnosis.before, |fitted| &fitted.at);
-    let before = of_logs(logs, &bench.experiments, &improvement.diagnosis.before);
-    let after = of_logs(logs, &bench.experiments, at);
+    let at = improvement
+        .fitted
+        .as_ref()
+        .map_or(&improvement.diagnosis.before, |fitted| &fitted.residuals);
+    let before = of_logs(logs, &bench.logs, &improvement.diagnosis.before);
+    let after = of_logs(logs, &bench.logs, at);
     let mut notices = notices(logs, &after, at);
-    notices.extend(single_loads(logs, &bench.experiments, at));
+    notices.extend(single_loads(logs, &bench.logs, at));
     notices.extend(measured.found.notices());
     let each_log = &improvement.diagnosis.each_log;
     notices.extend(of_each_log(&model.robot, logs, &bench.per_log, each_log));

@@ -12,7 +12,7 @@ use trueweld_evaluate::{Requirements, UncertainCell};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{
-    Control, Document, InputFile, ModelFile, Posterior, Process, RobotFile, Sensors, Weld,
+    Control, InputFile, ModelFile, Posterior, Process, RobotFile, Sensors, TomlDocument, Weld,
     check_option, check_weld, read_text, warnings,
 };
 use trueweld_plant::integrate::Integrator;
@@ -21,7 +21,7 @@ use trueweld_plant::provenance::{
 };
 use trueweld_plant::robot::ElasticRobot;
 use trueweld_plant::simulate::{
-    Controller, Program, RecordRow, RunError, Scenario, Seam, check_reach,
+    ControllerKind, RecordRow, RunError, Scenario, Seam, WeldProgram, check_reach,
 };
 
 /// A kind of file with a fixture that is part of the program: what is read where none is given.
@@ -196,7 +196,7 @@ impl CellFiles {
     pub fn read(&self, weld_file: Option<&Path>) -> Result<Inputs> {
         let inputs = self.read_anywhere(weld_file)?;
         check_reach(&inputs.controller_model, &inputs.weld)
-            .map_err(|error| inputs.failed(Controller::External, &error))?;
+            .map_err(|error| inputs.failed(ControllerKind::External, &error))?;
         Ok(inputs)
     }
 
@@ -241,7 +241,7 @@ impl CellFiles {
         if let Some(period) = self.period {
             control.period = option("--period", "period_s", period)?;
         }
-        let cycles = Program::Weld.duration(&weld, &Seam::of(&weld)) / control.period;
+        let cycles = WeldProgram::Weld.duration(&weld, &Seam::of(&weld)) / control.period;
         let memory = cycles * size_of::<RecordRow>() as f64;
         if memory > MOST_MEMORY {
             return Err(miette!(
@@ -361,7 +361,7 @@ impl Inputs {
     /// Where a key of the weld file stands.
     fn place_in_weld(&self, key: &str) -> String {
         let text = self.text::<Weld>().unwrap_or_default();
-        match Document::parse(&text, &self.weld_file) {
+        match TomlDocument::parse(&text, &self.weld_file) {
             Ok(document) if !text.is_empty() => document.root().place_of(key),
             _ => self.weld_file.clone(),
         }
@@ -409,7 +409,7 @@ impl Inputs {
     /// The options of a simulation. `plant_step`: the longest, s.
     pub fn simulation(
         &self,
-        controllers: &[Controller],
+        controllers: &[ControllerKind],
         laws: &[Entry],
         passes: usize,
         plant_step: f64,
@@ -432,8 +432,8 @@ impl Inputs {
     }
 
     /// What a controller's core is built from for this weld; nothing for a law that no core has.
-    pub fn cores(&self, controller: Controller, law: &Entry) -> Vec<CoreRecord> {
-        let constants = self.scenario(Program::Weld, controller, law).constants();
+    pub fn cores(&self, controller: ControllerKind, law: &Entry) -> Vec<CoreRecord> {
+        let constants = self.scenario(WeldProgram::Weld, controller, law).constants();
         let record = constants.map(|constants| CoreRecord {
             weld: self.weld_name.clone(),
             law: law.name().to_owned(),
@@ -454,7 +454,7 @@ impl Inputs {
     }
 
     /// What to say of a run that did not come to its end.
-    pub fn failed(&self, controller: Controller, error: &RunError) -> Report {
+    pub fn failed(&self, controller: ControllerKind, error: &RunError) -> Report {
         match error {
             RunError::Reach { .. } | RunError::TooFast { .. } => miette!(
                 help = "Expected a seam that the robot reaches with the tool square to it: move start_m and end_m.",
@@ -477,8 +477,8 @@ impl Inputs {
 
     pub fn scenario<'a>(
         &'a self,
-        program: Program,
-        controller: Controller,
+        program: WeldProgram,
+        controller: ControllerKind,
         law: &'a Entry,
     ) -> Scenario<'a> {
         Scenario {

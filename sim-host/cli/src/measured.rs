@@ -12,7 +12,7 @@ use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::data::log::Log;
 use trueweld_measure::fit::{FitProblem, FitState, residuals};
 use trueweld_measure::mistakes::{Found, find};
-use trueweld_measure::predict::Experiment;
+use trueweld_measure::predict::PreparedLog;
 use trueweld_measure::residuals::compare::{baseline, of_comparable};
 use trueweld_output::{MistakesReport, Progress, mistake_in_words};
 use trueweld_plant::input::ModelFile;
@@ -61,7 +61,7 @@ const CLOSING: u32 = 20;
 /// kept back.
 pub fn expect(progress: &Progress, bench: &mut FitProblem, [least, most]: [f64; 2]) {
     let begun = Instant::now();
-    if residuals(bench, &FitState::empty(bench.experiments.len())).is_ok() {
+    if residuals(bench, &FitState::empty(bench.logs.len())).is_ok() {
         let one = begun.elapsed();
         progress.expect(least * one.as_secs_f64(), most * one.as_secs_f64());
         bench.deadline =
@@ -74,7 +74,7 @@ pub struct Measured {
     pub model: ModelFile,
     pub logs: Vec<Log>,
     /// In the order of the logs; none where there are mistakes in the files.
-    pub experiments: Vec<Experiment>,
+    pub experiments: Vec<PreparedLog>,
     /// What was found before any physics.
     pub found: Found,
 }
@@ -174,6 +174,6 @@ pub fn digests(role: &str, logs: &[Log]) -> Result<Vec<FileDigest>> {
 
 /// Logs made ready to be compared with a model; those that have nothing to compare are taken out of
 /// `logs`.
-pub fn read_experiments(logs: &mut Vec<Log>, model: &ModelFile) -> Result<Vec<Experiment>> {
+pub fn read_experiments(logs: &mut Vec<Log>, model: &ModelFile) -> Result<Vec<PreparedLog>> {
     of_comparable(logs, &baseline(model)).into_diagnostic()
 }

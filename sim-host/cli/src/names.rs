@@ -20,11 +20,11 @@ pub enum Controller {
 }
 
 impl Controller {
-    pub fn controller(self) -> simulate::Controller {
+    pub fn controller(self) -> simulate::ControllerKind {
         match self {
-            Self::Parallel => simulate::Controller::Parallel,
-            Self::Superposed => simulate::Controller::Superposed,
-            Self::External => simulate::Controller::External,
+            Self::Parallel => simulate::ControllerKind::Parallel,
+            Self::Superposed => simulate::ControllerKind::Superposed,
+            Self::External => simulate::ControllerKind::External,
         }
     }
 }

@@ -13,7 +13,7 @@ use trueweld_compensators::Entry;
 use trueweld_core::compensation::Compensator;
 use trueweld_laboratory::ReadRow;
 use trueweld_output::{fault_in_words, warning_in_words};
-use trueweld_plant::simulate::{Controller, Program, RecordRow, Seam, health_warnings};
+use trueweld_plant::simulate::{ControllerKind, RecordRow, Seam, WeldProgram, health_warnings};
 use trueweld_rsi::client::Knowledge;
 use trueweld_rsi::{Client, Seen, Served, serve};
 
@@ -63,7 +63,7 @@ pub fn knowledge(inputs: &Inputs) -> Knowledge {
 
 /// The law of a client.
 pub fn law(inputs: &Inputs, law: &Entry) -> Result<Box<dyn Compensator<f64>>> {
-    let scenario = inputs.scenario(Program::Weld, Controller::External, law);
+    let scenario = inputs.scenario(WeldProgram::Weld, ControllerKind::External, law);
     scenario.build_law().into_diagnostic()
 }
 
@@ -90,7 +90,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     say!("{} listens at {}\n", arguments.compensator.name(), arguments.listen);
     let mut most = 0.0_f64;
     let (mut read, mut rows) = (Vec::new(), Vec::<RecordRow>::new());
-    let scenario = inputs.scenario(Program::Weld, Controller::External, &arguments.compensator);
+    let scenario =
+        inputs.scenario(WeldProgram::Weld, ControllerKind::External, &arguments.compensator);
     let shown = arguments.live.connect(&scenario, arguments.compensator.name())?;
     let served = serve(&socket, &mut client, first, arguments.controller, |client| {
         most = most.max(client.correction().linear.norm());

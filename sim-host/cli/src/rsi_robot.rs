@@ -18,9 +18,9 @@ use std::time::Duration;
 use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_evaluate::WeldFigures;
 use trueweld_output::{WeldReport, WeldRun};
-use trueweld_plant::simulate::{Program, Recording, Seam, run_with};
+use trueweld_plant::simulate::{Recording, Seam, WeldProgram, run_with};
 use trueweld_rsi::packet::Element;
-use trueweld_rsi::{Bounds, Client, Link, Pace, pass_through, serve};
+use trueweld_rsi::{Client, CorrectionBounds, CycleTimeout, Link, pass_through, serve};
 
 /// Longest that an answer is waited for in lock-step.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -106,13 +106,13 @@ impl Arguments {
         }
     }
 
-    fn bounds(&self) -> Result<Bounds> {
+    fn bounds(&self) -> Result<CorrectionBounds> {
         let of = |flag: &str, value: f64| {
             (value.is_finite() && value >= 0.0)
                 .then_some(value)
                 .ok_or_else(|| miette!("{flag} {value}: expected a number from 0 up"))
         };
-        Ok(Bounds {
+        Ok(CorrectionBounds {
             clamp_mm: of("--clamp-mm", self.clamp_mm)?,
             clamp_deg: of("--clamp-deg", self.clamp_deg)?,
             monitor_mm: of("--monitor-mm", self.monitor_mm)?,
@@ -136,10 +136,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     // The law is at the other end.
     let law = Entry::of::<Uncompensated>();
     let control = pass_through(&inputs.control);
-    let mut scenario = inputs.scenario(Program::Weld, controller, &law);
+    let mut scenario = inputs.scenario(WeldProgram::Weld, controller, &law);
     scenario.control = &control;
     let seam = Seam::of(&inputs.weld);
-    let pace = if arguments.lock_step { Pace::LockStep(PATIENCE) } else { Pace::RealTime };
+    let pace =
+        if arguments.lock_step { CycleTimeout::LockStep(PATIENCE) } else { CycleTimeout::RealTime };
     let socket = bound(arguments.from)?;
     let how = (bounds, pace, arguments.elements());
     let mut link = Link::new(socket, arguments.to, &seam, control.period, how).into_diagnostic()?;
@@ -149,7 +150,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         None => "over RSI".to_owned(),
     };
     let shown = arguments.live.connect(&scenario, &name)?;
-    let duration = Program::Weld.duration(&inputs.weld, &seam);
+    let duration = WeldProgram::Weld.duration(&inputs.weld, &seam);
     let progress = arguments.results.files.progress("welding over RSI", duration);
     // Wide enough for the guard, and no wider.
     let authority =

@@ -9,7 +9,7 @@ use std::slice;
 use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_evaluate::StepFigures;
 use trueweld_output::{StepReport, StepRun};
-use trueweld_plant::simulate::{self, Controller, Program};
+use trueweld_plant::simulate::{self, ControllerKind, WeldProgram};
 
 /// Arguments of `step`.
 #[derive(Args)]
@@ -41,12 +41,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let inputs = arguments.files.read()?;
     check_outputs(&outputs)?;
     let at = inputs.weld.settle + HOLD;
-    let program = Program::ForceStep { height, hold: HOLD, length: LENGTH };
+    let program = WeldProgram::ForceStep { height, hold: HOLD, length: LENGTH };
     let none = Entry::of::<Uncompensated>();
     let whole = at + LENGTH;
-    let total = Controller::ALL.len() as f64 * whole;
+    let total = ControllerKind::ALL.len() as f64 * whole;
     let progress = arguments.results.files.progress("stepping", total);
-    let recordings = Controller::ALL
+    let recordings = ControllerKind::ALL
         .iter()
         .enumerate()
         .map(|(k, controller)| {
@@ -68,7 +68,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .zip(&figures)
         .map(|(recording, figures)| StepRun { recording, figures })
         .collect();
-    let mut simulation = inputs.simulation(&Controller::ALL, slice::from_ref(&none), 1, PLANT_STEP);
+    let mut simulation =
+        inputs.simulation(&ControllerKind::ALL, slice::from_ref(&none), 1, PLANT_STEP);
     simulation.force_step_n = Some(height);
     let provenance = inputs.provenance("step", simulation);
     arguments.results.write(&StepReport { runs: &runs, at, height, provenance: &provenance })

@@ -12,7 +12,7 @@ use trueweld_evaluate::tune::{AskedResponse, TuneError, TuneTask, tune};
 use trueweld_output::{TuneReport, control_toml};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{Control, InputFile, Process};
-use trueweld_plant::simulate::{Controller, Program, Scenario};
+use trueweld_plant::simulate::{ControllerKind, Scenario, WeldProgram};
 
 /// Arguments of `tune`.
 #[derive(Args)]
@@ -95,7 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let task = TuneTask {
         scenario: Scenario {
             plant_step: PLANT_STEP,
-            ..inputs.scenario(Program::Weld, Controller::External, &law)
+            ..inputs.scenario(WeldProgram::Weld, ControllerKind::External, &law)
         },
         still: &still,
         from_file: arguments.cell.states_control(),
@@ -106,10 +106,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let progress = arguments.results.progress("tuning", 1.0);
     let tuning = tune(&task, |stage, share| progress.stage(stage, share)).map_err(|error| {
         let TuneError::Run(error) = error;
-        inputs.failed(Controller::External, &error)
+        inputs.failed(ControllerKind::External, &error)
     })?;
     progress.finish();
-    let mut simulation = inputs.simulation(&Controller::ALL, &laws, 1, PLANT_STEP);
+    let mut simulation = inputs.simulation(&ControllerKind::ALL, &laws, 1, PLANT_STEP);
     simulation.force_step_n = Some(height);
     let mut provenance = inputs.provenance("tune", simulation);
     provenance.files.extend(files);

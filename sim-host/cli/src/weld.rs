@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use trueweld_compensators::{Elastostatic, Entry, Uncompensated};
 use trueweld_evaluate::WeldFigures;
 use trueweld_output::{WeldReport, WeldRun};
-use trueweld_plant::simulate::{self, Program, Recording, Scenario, Seam};
+use trueweld_plant::simulate::{self, Recording, Scenario, Seam, WeldProgram};
 
 /// Arguments of `weld`.
 #[derive(Args)]
@@ -114,12 +114,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 /// One run a law, side by side on their own threads; the same bytes come out whatever their number.
 fn simulate_all(
     inputs: &Inputs,
-    controller: simulate::Controller,
+    controller: simulate::ControllerKind,
     laws: &[Entry],
     plant_step: f64,
     arguments: &Arguments,
 ) -> Result<Vec<Recording>> {
-    let duration = Program::Weld.duration(&inputs.weld, &Seam::of(&inputs.weld));
+    let duration = WeldProgram::Weld.duration(&inputs.weld, &Seam::of(&inputs.weld));
     let passes = arguments.passes as usize;
     let progress = arguments.results.files.progress("welding", duration * passes as f64);
     let results: Vec<_> = std::thread::scope(|scope| {
@@ -129,7 +129,7 @@ fn simulate_all(
             .map(|(k, law)| {
                 let progress = (k == 0).then_some(&progress);
                 let scenario =
-                    Scenario { plant_step, ..inputs.scenario(Program::Weld, controller, law) };
+                    Scenario { plant_step, ..inputs.scenario(WeldProgram::Weld, controller, law) };
                 scope.spawn(move || {
                     simulate::run_passes(&scenario, passes, |time| {
                         if let Some(progress) = progress {

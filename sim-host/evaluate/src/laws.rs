@@ -20,7 +20,7 @@ use trueweld_plant::simulate::{RunError, Scenario, Seam, run_after};
 
 /// One change of the scenario.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Change {
+pub enum ScenarioChange {
     /// Relative error of every joint's stiffness as the law believes in it, instead of the
     /// comparison's.
     StiffnessError(f64),
@@ -41,13 +41,14 @@ pub enum Change {
 /// What a sweep changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VariedQuantity {
-    /// [`Change::StiffnessError`].
+    /// [`ScenarioChange::StiffnessError`].
     StiffnessError,
-    /// [`Change::Noise`].
+    /// [`ScenarioChange::Noise`].
     Noise,
-    /// [`Change::Delay`].
+    /// [`ScenarioChange::Delay`].
     Delay,
-    /// [`Change::Lost`], [`Change::DeadInLastPass`] and [`Change::ForceSensorDies`].
+    /// [`ScenarioChange::Lost`], [`ScenarioChange::DeadInLastPass`] and
+    /// [`ScenarioChange::ForceSensorDies`].
     Lost,
 }
 
@@ -56,8 +57,8 @@ impl VariedQuantity {
     pub const ALL: [Self; 4] = [Self::StiffnessError, Self::Noise, Self::Delay, Self::Lost];
 
     /// The changes of its sweep.
-    pub fn changes(self) -> &'static [Change] {
-        use Change::{DeadInLastPass, Delay, ForceSensorDies, Lost, Noise, StiffnessError};
+    pub fn changes(self) -> &'static [ScenarioChange] {
+        use ScenarioChange::{DeadInLastPass, Delay, ForceSensorDies, Lost, Noise, StiffnessError};
         match self {
             Self::StiffnessError => &[
                 StiffnessError(-0.3),
@@ -97,15 +98,15 @@ pub enum NoFigures {
 }
 
 /// What a run came to: the figures of its last pass.
-pub type Point = Result<WeldFigures, NoFigures>;
+pub type SweepPoint = Result<WeldFigures, NoFigures>;
 
 /// One sweep.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sweep {
+pub struct ScenarioSweep {
     /// What was changed.
     pub quantity: VariedQuantity,
     /// For every law, in the order asked for, one point for each of the quantity's changes.
-    pub points: Vec<Vec<Point>>,
+    pub points: Vec<Vec<SweepPoint>>,
 }
 
 /// Laws to be compared.
@@ -137,15 +138,16 @@ impl LawComparison<'_> {
     }
 
     /// All sweeps, on all cores. `progress` is told how many welds are done, from whichever thread.
-    pub fn run(&self, progress: impl Fn(usize) + Sync) -> Vec<Sweep> {
+    pub fn run(&self, progress: impl Fn(usize) + Sync) -> Vec<ScenarioSweep> {
         let each = |quantity: VariedQuantity| {
             self.laws
                 .iter()
                 .flat_map(move |law| quantity.changes().iter().map(move |change| (law, *change)))
         };
-        let runs: Vec<(&Entry, Change)> = VariedQuantity::ALL.into_iter().flat_map(each).collect();
+        let runs: Vec<(&Entry, ScenarioChange)> =
+            VariedQuantity::ALL.into_iter().flat_map(each).collect();
         let done = AtomicUsize::new(0);
-        let points: Vec<Point> = runs
+        let points: Vec<SweepPoint> = runs
             .par_iter()
             .map(|(law, change)| {
                 let point = self.point(law, *change);
@@ -157,7 +159,7 @@ impl LawComparison<'_> {
         let mut points = points.into_iter();
         let sweep = |quantity: VariedQuantity| {
             let of_law = |_: &Entry| points.by_ref().take(quantity.changes().len()).collect();
-            Sweep { quantity, points: self.laws.iter().map(of_law).collect() }
+            ScenarioSweep { quantity, points: self.laws.iter().map(of_law).collect() }
         };
         VariedQuantity::ALL.into_iter().map(sweep).collect()
     }
@@ -166,15 +168,19 @@ impl LawComparison<'_> {
     ///
     /// # Errors
     /// [`NoFigures`].
-    pub fn point(&self, law: &Entry, change: Change) -> Point {
-        let error =
-            if let Change::StiffnessError(error) = change { error } else { self.stiffness_error };
+    pub fn point(&self, law: &Entry, change: ScenarioChange) -> SweepPoint {
+        let error = if let ScenarioChange::StiffnessError(error) = change {
+            error
+        } else {
+            self.stiffness_error
+        };
         let controller_model = self
             .robot
             .with_stiffness_scaled(&SVector::repeat(1.0 + error))
             .map_err(|_| RunError::Cell)?;
         let [before, last] = [false, true].map(|last| self.sensors(change, last));
-        let fault = if change == Change::ForceSensorDies { self.force_sensor_dies() } else { None };
+        let fault =
+            if change == ScenarioChange::ForceSensorDies { self.force_sensor_dies() } else { None };
         let scenario = Scenario {
             law,
             controller_model: &controller_model,
@@ -208,13 +214,13 @@ impl LawComparison<'_> {
     }
 
     /// The instruments of the last pass, or of those before.
-    fn sensors(&self, change: Change, last: bool) -> Sensors {
+    fn sensors(&self, change: ScenarioChange, last: bool) -> Sensors {
         let mut sensors = self.scenario.sensors.clone();
         let period = self.scenario.control.period;
         let Sensors { force, seam, .. } = &mut sensors;
         match change {
-            Change::StiffnessError(_) | Change::ForceSensorDies => {}
-            Change::Noise(factor) => {
+            ScenarioChange::StiffnessError(_) | ScenarioChange::ForceSensorDies => {}
+            ScenarioChange::Noise(factor) => {
                 force.noise_force *= factor;
                 force.noise_moment *= factor;
                 if let Some(seam) = seam {
@@ -222,14 +228,14 @@ impl LawComparison<'_> {
                     seam.tilt_noise *= factor;
                 }
             }
-            Change::Delay(periods) => {
+            ScenarioChange::Delay(periods) => {
                 force.delay = periods * period;
                 if let Some(seam) = seam {
                     seam.delay = periods * period;
                 }
             }
-            Change::Lost(share) => seam.iter_mut().for_each(|seam| seam.lost = share),
-            Change::DeadInLastPass => {
+            ScenarioChange::Lost(share) => seam.iter_mut().for_each(|seam| seam.lost = share),
+            ScenarioChange::DeadInLastPass => {
                 seam.iter_mut().filter(|_| last).for_each(|seam| seam.lost = 1.0)
             }
         }

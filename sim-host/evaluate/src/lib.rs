@@ -40,6 +40,6 @@ pub use uncertain::{
     UncertainEntry, UncertainNumber, Uncertainty,
 };
 pub use weld::{
-    ASKED_FIGURES, AskedWeld, DriveLoad, FirstLimit, ForceFigures, JudgedFigure, PHASES,
-    PhaseFigures, Spread, WELD_FIGURES, WeldFigures,
+    ASKED_FIGURES, AskedWeld, DriveLoad, FirstLimit, ForceFigures, JudgedFigure, PhaseFigures,
+    Spread, WELD_FIGURES, WELD_PHASES, WeldFigures,
 };

@@ -4,11 +4,11 @@ use crate::certify::{FAULT_FIGURES, FaultSizes};
 use crate::figure::{Figure, Limit, within};
 use crate::margins::MARGIN_FIGURES;
 use crate::uncertain::{NoSuchNumber, UncertainCell, UncertainEntry, Uncertainty};
-use crate::weld::{ASKED_FIGURES, AskedWeld, PHASES, WELD_FIGURES};
+use crate::weld::{ASKED_FIGURES, AskedWeld, WELD_FIGURES, WELD_PHASES};
 use std::fmt;
 use trueweld_plant::input::{
-    Bounds, CompensationLimits, FileKind, InputError, InputFile, Process, RobotFile, Sensors,
-    Table, Text, Weld,
+    Bounds, CompensationLimits, FileKind, InputError, InputFile, Process, RobotFile, Sensors, Text,
+    TomlTable, Weld,
 };
 use trueweld_plant::sensors::fault_name;
 
@@ -150,7 +150,7 @@ impl Requirements {
             for Limit { figure, value } in limits {
                 let idle = |why| IdleLimit { table, figure, value: *value, why };
                 // Of all parts only the start may be left out.
-                if figure.phase() == PHASES[0] && weld.settle <= 0.0 {
+                if figure.phase() == WELD_PHASES[0] && weld.settle <= 0.0 {
                     return Err(idle(WhyIdle::NoStart));
                 }
                 let most = asked.most(figure.key_in_phase());
@@ -248,7 +248,7 @@ impl fmt::Display for IdleLimit {
 impl InputFile for Requirements {
     const KIND: FileKind = FileKind::Requirements;
 
-    fn from_root(root: &Table<'_>) -> Result<Self, InputError> {
+    fn from_root(root: &TomlTable<'_>) -> Result<Self, InputError> {
         root.only(&[
             "schema",
             "failure_probability",
@@ -287,12 +287,12 @@ impl InputFile for Requirements {
 }
 
 /// Limits of the steady part, and in tables of their names those of the phases beside it.
-fn of_weld(table: &Table<'_>) -> Result<Vec<Limit>, InputError> {
+fn of_weld(table: &TomlTable<'_>) -> Result<Vec<Limit>, InputError> {
     let of_phase = |phase: &'static str| {
         WELD_FIGURES.iter().map(|of| &of.figure).filter(move |figure| figure.phase() == phase)
     };
-    let mut all = limits(table, &PHASES, of_phase(""))?;
-    for phase in PHASES.into_iter().filter(|phase| table.has(phase)) {
+    let mut all = limits(table, &WELD_PHASES, of_phase(""))?;
+    for phase in WELD_PHASES.into_iter().filter(|phase| table.has(phase)) {
         all.extend(limits(&table.table(phase)?, &[], of_phase(phase))?);
     }
     Ok(all)
@@ -300,7 +300,7 @@ fn of_weld(table: &Table<'_>) -> Result<Vec<Limit>, InputError> {
 
 /// The limits of a table, whose other keys are given.
 fn limits(
-    table: &Table<'_>,
+    table: &TomlTable<'_>,
     others: &[&'static str],
     figures: impl Iterator<Item = &'static Figure> + Clone,
 ) -> Result<Vec<Limit>, InputError> {
@@ -312,7 +312,7 @@ fn limits(
         .collect()
 }
 
-fn margins(table: &Table<'_>) -> Result<MarginLimits, InputError> {
+fn margins(table: &TomlTable<'_>) -> Result<MarginLimits, InputError> {
     let figures = MARGIN_FIGURES.iter().map(|of| &of.figure);
     let mut at_least = limits(table, &["places", "draws"], figures)?;
     at_least.extend(MarginLimits::of_drives(&at_least));
@@ -321,7 +321,7 @@ fn margins(table: &Table<'_>) -> Result<MarginLimits, InputError> {
 }
 
 /// A whole number, and no less than the least.
-fn whole(table: &Table<'_>, key: &str, least: usize, hint: &str) -> Result<usize, InputError> {
+fn whole(table: &TomlTable<'_>, key: &str, least: usize, hint: &str) -> Result<usize, InputError> {
     let number = table.number(key, Bounds::UpTo(1000.0))?;
     if number < least as f64 || number.fract() != 0.0 {
         return Err(table.wrong(key, &format!("a whole number from {least} up"), hint));
@@ -330,11 +330,11 @@ fn whole(table: &Table<'_>, key: &str, least: usize, hint: &str) -> Result<usize
 }
 
 /// Drawn cells, none where the table has no word of them.
-fn draws(table: &Table<'_>) -> Result<usize, InputError> {
+fn draws(table: &TomlTable<'_>) -> Result<usize, InputError> {
     if table.has("draws") { whole(table, "draws", 0, "Such as 5.") } else { Ok(0) }
 }
 
-fn faults(table: &Table<'_>) -> Result<Faults, InputError> {
+fn faults(table: &TomlTable<'_>) -> Result<Faults, InputError> {
     table.only(&[
         "places",
         "draws",
@@ -383,7 +383,7 @@ fn faults(table: &Table<'_>) -> Result<Faults, InputError> {
     })
 }
 
-fn not_required(table: &Table<'_>) -> Result<NotRequired, InputError> {
+fn not_required(table: &TomlTable<'_>) -> Result<NotRequired, InputError> {
     table.only(&["fault", "figures", "reason"])?;
     let fault = table.name("fault")?;
     let known = FaultSizes::default().failures([0.0; 2]).into_iter();
@@ -405,7 +405,7 @@ fn not_required(table: &Table<'_>) -> Result<NotRequired, InputError> {
     Ok(NotRequired { fault, figures, reason: table.name("reason")? })
 }
 
-fn uncertainty(table: &Table<'_>) -> Result<Uncertainty, InputError> {
+fn uncertainty(table: &TomlTable<'_>) -> Result<Uncertainty, InputError> {
     table.only(&["stiffness", "process", "ripple", "crosstalk", "delay_periods"])?;
     let delay = table.numbers::<2>("delay_periods", Bounds::UpTo(20.0))?;
     if delay[0] > delay[1] {

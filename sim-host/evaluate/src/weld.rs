@@ -59,9 +59,9 @@ pub struct ForceFigures {
 /// Parts of a weld beside the steady one, by their names in requirements: at the start, under
 /// position control, the tool in the material; while push and feed rise and settle; at the end,
 /// while the feed falls and the tool stands.
-pub const PHASES: [&str; 3] = ["start", "rise", "end"];
+pub const WELD_PHASES: [&str; 3] = ["start", "rise", "end"];
 
-/// The part that a phase belongs to, by its place in [`PHASES`]; `None` for the steady one.
+/// The part that a phase belongs to, by its place in [`WELD_PHASES`]; `None` for the steady one.
 fn part(phase: Phase) -> Option<usize> {
     match phase {
         Phase::Settle => Some(0),
@@ -183,7 +183,7 @@ pub struct WeldFigures {
     /// Largest lateral deviation from the closing of the force loop to full feed, m: the transient
     /// before the steady part.
     pub lateral_before: f64,
-    /// The parts beside the steady one, in the order of [`PHASES`].
+    /// The parts beside the steady one, in the order of [`WELD_PHASES`].
     pub phases: [PhaseFigures; 3],
     /// Rows in which some limit was reached or a fault was raised, whole run.
     pub limited_rows: usize,
@@ -254,15 +254,15 @@ impl JudgedFigure {
 }
 
 /// Places of figures in [`WeldFigures::judged`].
-const DEPTH: usize = 2;
-const PUSH: usize = 3;
-const SPEED: usize = 4;
-const DRIVE_TORQUE: usize = 6;
-const DRIVE_SPEED: usize = 7;
+const DEPTH_FIGURE: usize = 2;
+const PUSH_FIGURE: usize = 3;
+const SPEED_FIGURE: usize = 4;
+const DRIVE_TORQUE_FIGURE: usize = 6;
+const DRIVE_SPEED_FIGURE: usize = 7;
 
 /// Share by which the mean push and the mean speed may be off: the band within which a force step
 /// counts as settled.
-const OFF: f64 = 0.05;
+const STEADY_BAND: f64 = 0.05;
 
 /// Largest tilt of the tool, rad: half a degree, the tolerance in use (`fixtures/requirements`).
 const TILT: f64 = 0.5 * std::f64::consts::PI / 180.0;
@@ -315,8 +315,8 @@ impl AskedWeld {
             "longitudinal_max_m" => 2.0 * self.half_pin,
             "depth_rms_m" | "depth_error_max_m" => self.half_pin,
             "depth_max_m" => self.planned_depth + self.half_pin,
-            "push_error_mean_n" => OFF * self.force,
-            "speed_error_share" => OFF,
+            "push_error_mean_n" => STEADY_BAND * self.force,
+            "speed_error_share" => STEADY_BAND,
             "tilt_rms_rad" | "tilt_max_rad" | "side_tilt_rms_rad" | "travel_angle_rms_rad" => TILT,
             "torque_share_max" | "speed_share_max" => AT_LIMIT,
             "at_limit_s" => 0.0,
@@ -326,7 +326,7 @@ impl AskedWeld {
 }
 
 /// Figures of a weld that requirements may limit: of the steady part and of the whole run, then with
-/// the name of the phase before a dot those of [`PHASES`].
+/// the name of the phase before a dot those of [`WELD_PHASES`].
 pub static WELD_FIGURES: [FigureOf<WeldFigures>; 37] = [
     FigureOf::new("lateral_rms_m", "lateral, RMS", "m", |f| f.lateral.rms),
     FigureOf::new("lateral_max_m", "lateral, largest", "m", |f| f.lateral.max_abs),
@@ -337,7 +337,7 @@ pub static WELD_FIGURES: [FigureOf<WeldFigures>; 37] = [
         (f.depth.rms.powi(2) - f.depth.mean.powi(2)).max(0.0).sqrt()
     }),
     FigureOf::new("depth_error_max_m", "depth off the planned, largest", "m", |f| {
-        f.judged[DEPTH].off()
+        f.judged[DEPTH_FIGURE].off()
     }),
     FigureOf::new("tilt_rms_rad", "tilt, RMS", "rad", |f| f.tilt.rms),
     FigureOf::new("tilt_max_rad", "tilt, largest", "rad", |f| f.tilt.max_abs),
@@ -346,7 +346,9 @@ pub static WELD_FIGURES: [FigureOf<WeldFigures>; 37] = [
         f.travel_angle.rms
     }),
     FigureOf::new("push_error_rms_n", "push, RMS of its error", "N", |f| f.force.error_rms),
-    FigureOf::new("push_error_mean_n", "push, error of its mean", "N", |f| f.judged[PUSH].off()),
+    FigureOf::new("push_error_mean_n", "push, error of its mean", "N", |f| {
+        f.judged[PUSH_FIGURE].off()
+    }),
     // Of the loop by what it reads, and of the instrument: a loop holds what its sensor shows.
     FigureOf::new("measured_push_error_rms_n", "push as measured, RMS of its error", "N", |f| {
         f.force.measured_error_rms
@@ -355,13 +357,13 @@ pub static WELD_FIGURES: [FigureOf<WeldFigures>; 37] = [
         f.force.reading_error.abs()
     }),
     FigureOf::new("speed_error_share", "speed, error of its mean", "1", |f| {
-        f.judged[SPEED].off() / f.judged[SPEED].expected
+        f.judged[SPEED_FIGURE].off() / f.judged[SPEED_FIGURE].expected
     }),
     FigureOf::new("torque_share_max", "torque of a drive, largest", "1", |f| {
-        f.judged[DRIVE_TORQUE].off()
+        f.judged[DRIVE_TORQUE_FIGURE].off()
     }),
     FigureOf::new("speed_share_max", "speed of a drive, largest", "1", |f| {
-        f.judged[DRIVE_SPEED].off()
+        f.judged[DRIVE_SPEED_FIGURE].off()
     }),
     FigureOf::new("at_limit_s", "time at a limit of a drive", "s", |f| f.at_limit),
     FigureOf::new("lateral_before_m", "lateral before the steady part", "m", |f| f.lateral_before),

@@ -2,7 +2,7 @@
 
 use crate::cell::{Fixtures, law};
 use trueweld_evaluate::WeldFigures;
-use trueweld_plant::simulate::{Controller, Phase, Program, run};
+use trueweld_plant::simulate::{ControllerKind, Phase, WeldProgram, run};
 
 #[test]
 fn the_parts_of_the_joints_sum_to_the_lateral_deviation() {
@@ -11,7 +11,8 @@ fn the_parts_of_the_joints_sum_to_the_lateral_deviation() {
         let cell = fixtures.cell(&[]);
         for name in ["none", "seam-tracking"] {
             let law = law(name);
-            let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &law);
+            let scenario =
+                fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law);
             let recording = run(&scenario, |_| {}).expect("the run ends");
             let figures = WeldFigures::of(&recording).expect("a steady part");
             // Left out to first order: the change of gravity's part along the seam, the second order

@@ -4,24 +4,24 @@ use crate::cell::{self, Fixtures, law};
 use std::f64::consts::FRAC_PI_6;
 use trueweld_core::JOINTS;
 use trueweld_evaluate::study::{
-    Allowance, Driven, Family, LayoutTask, LimitStudy, PLACES, Part, Placement, Range, RealArm,
-    WAY_FIGURES, Way, as_filed, confirm, numbers, pareto, shortened,
+    Allowance, ArmAlongSeam, Driven, LayoutTask, LimitStudy, Placement, PlacementRange, Range,
+    RealArm, SEAM_PLACES, WAY_FIGURES, Workpiece, as_filed, confirm, numbers, pareto, shortened,
 };
 use trueweld_evaluate::{Limit, WELD_FIGURES};
-use trueweld_plant::simulate::{Controller, Program, Scenario, Seam};
+use trueweld_plant::simulate::{ControllerKind, Scenario, Seam, WeldProgram};
 
 /// The fixtures of a weld, and its seam as a part that stands in these ranges.
 struct Shop {
     of: Fixtures,
-    part: Part,
-    family: Family,
+    part: Workpiece,
+    family: PlacementRange,
     allowed: Vec<Allowance>,
 }
 
 impl Shop {
     fn of(weld: &'static str, x: Range, z: Range) -> Self {
         let of = Fixtures::of(weld);
-        let part = Part::new(vec![of.weld.clone()]);
+        let part = Workpiece::new(vec![of.weld.clone()]);
         let family = family(&part, x, z);
         let allowed = Allowance::usual(of.process.pin_diameter);
         Self { of, part, family, allowed }
@@ -43,11 +43,11 @@ fn coarse<'a>(scenario: &Scenario<'a>) -> Scenario<'a> {
     Scenario { plant_step: 2e-3, ..*scenario }
 }
 
-fn family(part: &Part, x: Range, z: Range) -> Family {
+fn family(part: &Workpiece, x: Range, z: Range) -> PlacementRange {
     let mut ranges = numbers(&part.placement()).map(Range::at);
     ranges[0] = x;
     ranges[2] = z;
-    Family(ranges)
+    PlacementRange(ranges)
 }
 
 #[test]
@@ -62,7 +62,7 @@ fn a_part_that_is_carried_about_the_axis_of_a1_is_worth_the_same() {
         turn_rad: FRAC_PI_6,
         ..at
     };
-    let [here, there] = [at, carried].map(|at| task.place(&at, PLACES[0]).expect("in reach"));
+    let [here, there] = [at, carried].map(|at| task.place(&at, SEAM_PLACES[0]).expect("in reach"));
     for (k, of) in WAY_FIGURES.iter().enumerate() {
         // The angle to a limit counts A1's.
         if of.figure.key != "limit_min_rad" {
@@ -103,7 +103,7 @@ fn a_full_run_where_the_file_has_the_part_leaves_the_seam_as_statics_expect() {
     let shop = Shop::of("vertical", Range::at(1.7), Range::at(0.5));
     let (task, of) = (shop.task(), &shop.of);
     let (cell, law) = (of.cell(&[]), law("none"));
-    let scenario = coarse(&of.scenario(&cell, Program::Weld, Controller::External, &law));
+    let scenario = coarse(&of.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law));
     let arm = RealArm { robot: &of.robot.robot, effects: &[] };
     let placed = as_filed(&task).expect("in reach");
     let confirmed = confirm(&task, &scenario, &arm, &placed, std::slice::from_ref(&law), || {});
@@ -122,7 +122,7 @@ fn a_full_run_where_the_file_has_the_part_leaves_the_seam_as_statics_expect() {
 fn every_way_keeps_to_its_branch_and_within_the_ranges_of_the_joints() {
     let of = Fixtures::of("vertical");
     let robot = &of.robot.robot;
-    let ways = Way::all(robot, &of.process, &of.weld, 41).expect("in reach");
+    let ways = ArmAlongSeam::all(robot, &of.process, &of.weld, 41).expect("in reach");
     assert!(ways.len() > 1);
     for way in &ways {
         let held = way.held(robot).expect("a robot");
@@ -148,7 +148,7 @@ fn the_edge_of_what_keeps_the_requirements_is_between_runs_that_do_and_do_not() 
     let figure = WELD_FIGURES.iter().find(|f| f.figure.key == "lateral_max_m").expect("a figure");
     let limit = Limit { figure: &figure.figure, value: 1.5e-3 };
     let study = LimitStudy {
-        scenario: coarse(&of.scenario(&cell, Program::Weld, Controller::External, &law)),
+        scenario: coarse(&of.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law)),
         arm: RealArm { robot: &of.robot.robot, effects: &[] },
         limits: &[limit],
         passes: 1,
@@ -168,7 +168,7 @@ fn the_edge_of_what_keeps_the_requirements_is_between_runs_that_do_and_do_not() 
     let (of, law) = (Fixtures::of("coupon"), cell::law("seam-tracking"));
     let cell = of.cell(&[]);
     let free = LimitStudy {
-        scenario: coarse(&of.scenario(&cell, Program::Weld, Controller::External, &law)),
+        scenario: coarse(&of.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law)),
         limits: &[],
         ..study
     };

@@ -12,15 +12,15 @@ use trueweld_plant::effects::{
 use trueweld_plant::input::{ModelFile, Process, Ripple};
 
 /// Step of a logarithm in a fit, and how far it goes within one pass.
-const STEP: f64 = 0.05;
-const REACH: [f64; 2] = [-1.5, 1.5];
+const LOGARITHM_STEP: f64 = 0.05;
+const LOGARITHM_REACH: [f64; 2] = [-1.5, 1.5];
 
 /// The same of a part of the ripple.
 const RIPPLE_STEP: f64 = 0.01;
 const RIPPLE_REACH: [f64; 2] = [-0.5, 0.5];
 
 static LOGARITHM: [Parameter; 1] =
-    [Parameter::size("log", "1", "logarithm of a factor", STEP, REACH)];
+    [Parameter::size("log", "1", "logarithm of a factor", LOGARITHM_STEP, LOGARITHM_REACH)];
 
 static PART: [Parameter; 2] = [
     Parameter::new("order", "1/turn", "periods per spindle turn", Role::SpindleOrder, [0.1, 20.0]),
@@ -66,7 +66,7 @@ pub(crate) static STIFFNESS: Coordinate = number(
 );
 
 /// D of a joint.
-pub(crate) static DAMPING: Coordinate = number(
+pub(crate) static JOINT_DAMPING: Coordinate = number(
     LocationKind::Joint,
     "damping_nms_rad",
     "N·m·s/rad",
@@ -85,7 +85,7 @@ macro_rules! of_process {
 }
 
 /// Numbers of the process but for its ripple.
-pub(crate) static PROCESS: [Coordinate; 7] = of_process! {
+pub(crate) static PROCESS_COORDINATES: [Coordinate; 7] = of_process! {
     "depth_stiffness_n_m", "N/m", depth_stiffness;
     "depth_damping_ns_m", "N·s/m", depth_damping;
     "feed_drag_ns_m", "N·s/m", feed_drag;
@@ -118,7 +118,7 @@ fn in_plane(v: &[f64], phase: f64) -> Ripple {
 
 /// A number that is free.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Asked {
+pub(crate) struct FreeCoordinate {
     pub coordinate: &'static Coordinate,
     pub at: Location,
     /// Order of the ripple that it is a part of.
@@ -127,7 +127,7 @@ pub(crate) struct Asked {
     pub told: bool,
 }
 
-impl Asked {
+impl FreeCoordinate {
     pub fn of_joint(coordinate: &'static Coordinate, joint: usize, told: bool) -> Self {
         Self { coordinate, at: Location::Joint(joint), order: 0.0, told }
     }

@@ -7,13 +7,13 @@
 //! where the corners lie on one line: a χ² test. A curve is reckoned from the smallest torque that
 //! the logs hold, since a constant twist is an encoder's zero.
 
-use crate::coordinates::Asked;
-use crate::fit::Fit;
+use crate::coordinates::FreeCoordinate;
+use crate::fit::IdentificationFit;
 use crate::number::TWO_SIDED;
 use nalgebra::{DMatrix, DVector, Matrix6, Vector3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use trueweld_core::JOINTS;
-use trueweld_measure::predict::Quantity;
+use trueweld_measure::predict::ComparedQuantity;
 use trueweld_plant::effects::Location;
 
 /// Stretches between knots on the side with more torque.
@@ -63,7 +63,7 @@ impl StiffnessCurve {
 }
 
 /// Curves of the joints that are told and loaded over a range.
-pub(crate) fn curves(fit: &Fit, asked: &[Asked]) -> Vec<StiffnessCurve> {
+pub(crate) fn curves(fit: &IdentificationFit, asked: &[FreeCoordinate]) -> Vec<StiffnessCurve> {
     let told = |k: &usize| fit.told[*k];
     let joint = |k: usize| match asked[k].at {
         Location::Joint(joint) => curve(fit, fit.indices[k], joint),
@@ -117,12 +117,12 @@ fn share(origin: f64, knots: &[f64], k: usize, torque: f64) -> f64 {
 }
 
 /// Slopes of a residual, and the residual.
-type Row = (DVector<f64>, f64);
+type CurveRow = (DVector<f64>, f64);
 
-fn curve(fit: &Fit, own: usize, joint: usize) -> Option<StiffnessCurve> {
+fn curve(fit: &IdentificationFit, own: usize, joint: usize) -> Option<StiffnessCurve> {
     let torques: Vec<f64> = fit
         .fitted
-        .at
+        .residuals
         .iter()
         .flat_map(|p| p.motion.iter().flat_map(|m| m.spring.iter().map(|s| s[joint])))
         .collect();
@@ -133,9 +133,9 @@ fn curve(fit: &Fit, own: usize, joint: usize) -> Option<StiffnessCurve> {
     let n = kept.len() + knots.len();
     let (mut normal, mut right) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
     // Slopes and residual of each component at each row: components of a row go together.
-    let mut rows: Vec<[Option<Row>; 6]> = Vec::new();
-    for (log, experiment) in fit.bench.experiments.iter().enumerate() {
-        let prediction = &fit.fitted.at[log];
+    let mut rows: Vec<[Option<CurveRow>; 6]> = Vec::new();
+    for (log, experiment) in fit.problem.logs.iter().enumerate() {
+        let prediction = &fit.fitted.residuals[log];
         let motion = prediction.motion.as_ref()?;
         let target = fit.logs[log].origin.target.unwrap_or_else(Vector3::zeros);
         let mut last = usize::MAX;
@@ -156,8 +156,10 @@ fn curve(fit: &Fit, own: usize, joint: usize) -> Option<StiffnessCurve> {
                 }
             }
             let by_twist = match compared.quantity {
-                Quantity::Position => jacobian[(3 + usize::from(compared.component), joint)],
-                Quantity::Rotation => {
+                ComparedQuantity::Position => {
+                    jacobian[(3 + usize::from(compared.component), joint)]
+                }
+                ComparedQuantity::Rotation => {
                     let angular = jacobian.fixed_view::<3, 1>(0, joint);
                     turned.tr_mul(&angular)[usize::from(compared.component)]
                 }
@@ -172,7 +174,7 @@ fn curve(fit: &Fit, own: usize, joint: usize) -> Option<StiffnessCurve> {
             normal.ger(1.0, &slope, &slope, 1.0);
             right.axpy(residual, &slope, 1.0);
             let component = usize::from(compared.component)
-                + if compared.quantity == Quantity::Position { 3 } else { 0 };
+                + if compared.quantity == ComparedQuantity::Position { 3 } else { 0 };
             while places.len() <= compared.row {
                 places.push(rows.len());
                 rows.push(Default::default());

@@ -6,7 +6,7 @@
 //! stays. Noise that the model carries from the encoders into a prediction, trackers that are
 //! registered and clocks that are fitted follow the numbers from pass to pass.
 
-use crate::coordinates::{Asked, is_replaced};
+use crate::coordinates::{FreeCoordinate, is_replaced};
 use crate::error::IdentifyError;
 use nalgebra::{DMatrix, DVector};
 use trueweld_core::Robot;
@@ -16,7 +16,7 @@ use trueweld_measure::encoder_noise;
 use trueweld_measure::fit::calibration::{calibrations, in_proportion};
 use trueweld_measure::fit::covariance::{columns, covariance};
 use trueweld_measure::fit::{
-    EffectScope, Effort, FitProblem, FitState, Fitted, FreeParameter, Linear, blocks_of,
+    EffectScope, FitProblem, FitState, Fitted, FreeParameter, Linear, SolverOptions, blocks_of,
     chi_square, count, fit, residuals, unit,
 };
 use trueweld_measure::mistakes::{Found, find};
@@ -25,22 +25,22 @@ use trueweld_plant::effects::{Action, Effect, Location};
 use trueweld_plant::input::ModelFile;
 
 /// Passes at most; share of its deviation, and absolute step, below which a number is at rest.
-const PASSES: usize = 15;
+const FIT_PASSES_MAX: usize = 15;
 const LIKELY: f64 = 5.0;
-const RESTS: f64 = 0.1;
-const STILL: f64 = 1e-4;
+const RESTING_DEVIATION_SHARE: f64 = 0.1;
+const RESTING_STEP: f64 = 1e-4;
 
 /// Passes after which a number that the logs do not tell stays one.
-const SETTLED: usize = 4;
+const UNTOLD_PASSES: usize = 4;
 
 /// What a fit came to.
 #[derive(Debug)]
-pub(crate) struct Fit {
+pub(crate) struct IdentificationFit {
     /// The model with the numbers found.
     pub model: ModelFile,
     /// The logs, their trackers registered under that model.
     pub logs: Vec<Log>,
-    pub bench: FitProblem,
+    pub problem: FitProblem,
     pub fitted: Fitted,
     /// Free values of the numbers, in the order asked, among all of the fit.
     pub indices: Vec<usize>,
@@ -55,7 +55,7 @@ pub(crate) struct Fit {
 /// One pass from where the model stands.
 struct Pass {
     logs: Vec<Log>,
-    bench: FitProblem,
+    problem: FitProblem,
     fitted: Fitted,
     indices: Vec<usize>,
     found: Found,
@@ -64,7 +64,7 @@ struct Pass {
 fn pass(
     model: &ModelFile,
     given: &[Log],
-    asked: &[Asked],
+    asked: &[FreeCoordinate],
     expected: &[f64],
 ) -> Result<Pass, IdentifyError> {
     let mut logs = given.to_vec();
@@ -74,16 +74,16 @@ fn pass(
         return Err(IdentifyError::Mistakes(Box::new(found)));
     }
     aligned?;
-    let bench = FitProblem::new(model, experiments(&logs, &baseline(model))?);
-    let all = calibrations(&bench);
+    let problem = FitProblem::new(model, experiments(&logs, &baseline(model))?);
+    let all = calibrations(&problem);
     let mut point = FitState::empty(logs.len());
-    point.each = all.each.clone();
+    point.per_log = all.per_log.clone();
     point.free =
         all.free.iter().filter(|f| matches!(f.of, EffectScope::Log(..))).copied().collect();
-    for (index, effect) in all.all.iter().enumerate().filter(|(_, e)| !is_replaced(e)) {
+    for (index, effect) in all.shared.iter().enumerate().filter(|(_, e)| !is_replaced(e)) {
         let of = |parameter: usize| {
             let same =
-                |f: &&FreeParameter| f.of == EffectScope::All(index) && f.parameter == parameter;
+                |f: &&FreeParameter| f.of == EffectScope::Shared(index) && f.parameter == parameter;
             all.free.iter().find(same).map_or(0.0, |f| f.expected)
         };
         let expected: Vec<f64> = (0..effect.values.len()).map(of).collect();
@@ -95,8 +95,8 @@ fn pass(
         point.add_expected(asked.effect(0.0), &asked.expected(*expected));
     }
     let indices: Vec<usize> = (first..point.free.len()).collect();
-    let fitted = fit(&bench, &point, &blocks_of(&bench), &[], Effort::full(stale))?;
-    Ok(Pass { logs, bench, fitted, indices, found })
+    let fitted = fit(&problem, &point, &blocks_of(&problem), &[], SolverOptions::full(stale))?;
+    Ok(Pass { logs, problem, fitted, indices, found })
 }
 
 impl Pass {
@@ -116,9 +116,14 @@ impl Pass {
         for (k, drawn) in self.indices.iter().zip(drawn) {
             prior[(*k, *k)] = (units[*k] / drawn).powi(2);
         }
-        let driven = encoder_noise::covariance(&self.bench, &self.logs, &self.fitted, &prior)?;
+        let driven = encoder_noise::covariance(&self.problem, &self.logs, &self.fitted, &prior)?;
         let linear = Linear { prior, ..self.fitted.linear.clone() };
-        let own = covariance(&linear, &columns(&self.bench), &self.fitted.at, &self.fitted.slopes);
+        let own = covariance(
+            &linear,
+            &columns(&self.problem),
+            &self.fitted.residuals,
+            &self.fitted.slopes,
+        );
         Ok(own.map(|own| {
             let of_all = (own + driven).component_mul(&(&units * units.transpose()));
             of_all.select_rows(&self.indices).select_columns(&self.indices)
@@ -162,23 +167,23 @@ fn rebased(model: &ModelFile, effects: &[Effect]) -> Result<ModelFile, IdentifyE
 pub(crate) fn converge(
     given: &ModelFile,
     logs: &[Log],
-    asked: &[Asked],
+    asked: &[FreeCoordinate],
     done: &dyn Fn(f64),
-) -> Result<Fit, IdentifyError> {
+) -> Result<IdentificationFit, IdentifyError> {
     let n = asked.len();
     let (mut total, mut told) = (vec![0.0; n], vec![true; n]);
     let mut last = vec![0.0; n];
     let mut model = given.clone();
-    for number in 0..PASSES {
+    for number in 0..FIT_PASSES_MAX {
         done(number as f64 / LIKELY);
-        let drawn_by = |of_told: fn(&Asked) -> f64| -> Vec<f64> {
-            let of = |(asked, told): (&Asked, &bool)| {
+        let drawn_by = |of_told: fn(&FreeCoordinate) -> f64| -> Vec<f64> {
+            let of = |(asked, told): (&FreeCoordinate, &bool)| {
                 if *told { of_told(asked) } else { asked.coordinate.given }
             };
             asked.iter().zip(&told).map(of).collect()
         };
         let pass = pass(&model, logs, asked, &drawn_by(|of| of.coordinate.drawn))?;
-        let rows = count(&pass.fitted.at);
+        let rows = count(&pass.fitted.residuals);
         if rows < n {
             return Err(IdentifyError::TooFew { rows, numbers: n });
         }
@@ -186,10 +191,15 @@ pub(crate) fn converge(
         // What the logs do not tell goes back to the value given; first impressions may be wrong, as
         // long as the numbers are far off.
         let mut tells: Vec<bool> = (0..n)
-            .map(|k| (told[k] || number < SETTLED) && deviations[k] < asked[k].coordinate.untold)
+            .map(|k| {
+                (told[k] || number < UNTOLD_PASSES) && deviations[k] < asked[k].coordinate.untold
+            })
             .collect();
         let rests = |tells: &[bool]| {
-            (0..n).all(|k| !tells[k] || moved[k].abs() < (RESTS * deviations[k]).max(STILL))
+            (0..n).all(|k| {
+                !tells[k]
+                    || moved[k].abs() < (RESTING_DEVIATION_SHARE * deviations[k]).max(RESTING_STEP)
+            })
         };
         let mut covariance = None;
         if tells == told && rests(&tells) {
@@ -201,8 +211,17 @@ pub(crate) fn converge(
             }
         }
         if let Some(covariance) = covariance.filter(|_| tells == told) {
-            let Pass { logs, bench, fitted, indices, found } = pass;
-            return Ok(Fit { model, logs, bench, fitted, indices, covariance, told, found });
+            let Pass { logs, problem, fitted, indices, found } = pass;
+            return Ok(IdentificationFit {
+                model,
+                logs,
+                problem,
+                fitted,
+                indices,
+                covariance,
+                told,
+                found,
+            });
         }
         for k in 0..n {
             // The noise carried into a prediction follows the numbers, and may take a number to and fro:
@@ -215,21 +234,21 @@ pub(crate) fn converge(
         let effects: Vec<Effect> = moved.map(|(asked, total)| asked.effect(*total)).collect();
         model = rebased(given, &effects)?;
     }
-    Err(IdentifyError::NotConverged { passes: PASSES })
+    Err(IdentifyError::NotConverged { passes: FIT_PASSES_MAX })
 }
 
-impl Fit {
+impl IdentificationFit {
     /// √mean((residual/noise)²) of the same logs under a model with the calibrations found.
     pub fn score_of(&self, model: &ModelFile) -> Result<f64, IdentifyError> {
-        let bench = FitProblem::new(model, experiments(&self.logs, &baseline(model))?);
+        let problem = FitProblem::new(model, experiments(&self.logs, &baseline(model))?);
         let mut point = self.fitted.point.clone();
         for k in &self.indices {
             let free = point.free[*k];
-            if let EffectScope::All(index) = free.of {
-                point.all[index].values[free.parameter] = 0.0;
+            if let EffectScope::Shared(index) = free.of {
+                point.shared[index].values[free.parameter] = 0.0;
             }
         }
-        let at = residuals(&bench, &point)?;
+        let at = residuals(&problem, &point)?;
         Ok((chi_square(&at) / count(&at).max(1) as f64).sqrt())
     }
 }

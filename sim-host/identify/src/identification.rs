@@ -1,10 +1,10 @@
 //! What was identified: numbers with intervals, which of them the logs do not tell, and what shows
 //! whether the model fits.
 
-use crate::coordinates::{Asked, DAMPING, STIFFNESS};
+use crate::coordinates::{FreeCoordinate, JOINT_DAMPING, STIFFNESS};
 use crate::curve::{StiffnessCurve, curves};
 use crate::error::IdentifyError;
-use crate::fit::{Fit, converge};
+use crate::fit::{IdentificationFit, converge};
 use crate::modes::{ByDecrement, Mode, modes};
 use crate::number::{Number, TWO_SIDED};
 use crate::process::{self, Section};
@@ -19,7 +19,7 @@ use trueweld_plant::input::ModelFile;
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Target {
+pub enum IdentificationTarget {
     /// Stiffness of the joints, from loads at rest.
     Stiffness,
     /// Damping of the joints, from ring-downs.
@@ -28,7 +28,7 @@ pub enum Target {
     Process,
 }
 
-impl Target {
+impl IdentificationTarget {
     /// Its name on the command line and in results.
     pub fn name(self) -> &'static str {
         match self {
@@ -52,7 +52,7 @@ impl Target {
 #[derive(Debug)]
 pub struct Identification {
     /// What was asked for.
-    pub target: Target,
+    pub target: IdentificationTarget,
     /// The model with the numbers found.
     pub model: ModelFile,
     /// The numbers, in their order in the file.
@@ -89,7 +89,7 @@ pub struct Identification {
 /// # Errors
 /// [`IdentifyError`].
 pub fn identify(
-    target: Target,
+    target: IdentificationTarget,
     model: &ModelFile,
     logs: Vec<Log>,
     done: &dyn Fn(&'static str, f64),
@@ -101,12 +101,15 @@ pub fn identify(
     }
     let (used, others): (Vec<Log>, Vec<Log>) =
         logs.into_iter().partition(|log| kinds.contains(&log.kind));
-    let joints = |coordinate, told| (0..JOINTS).map(move |j| Asked::of_joint(coordinate, j, told));
+    let joints =
+        |coordinate, told| (0..JOINTS).map(move |j| FreeCoordinate::of_joint(coordinate, j, told));
     let mut orders = Vec::new();
-    let asked: Vec<Asked> = match target {
-        Target::Stiffness => joints(&STIFFNESS, true).collect(),
-        Target::Damping => joints(&STIFFNESS, false).chain(joints(&DAMPING, true)).collect(),
-        Target::Process => {
+    let asked: Vec<FreeCoordinate> = match target {
+        IdentificationTarget::Stiffness => joints(&STIFFNESS, true).collect(),
+        IdentificationTarget::Damping => {
+            joints(&STIFFNESS, false).chain(joints(&JOINT_DAMPING, true)).collect()
+        }
+        IdentificationTarget::Process => {
             if model.process.is_none() {
                 return Err(IdentifyError::NoProcess);
             }
@@ -134,9 +137,9 @@ pub fn identify(
     let (mut over_torque, mut seen, mut sections) = (Vec::new(), Vec::new(), Vec::new());
     let mut decrements = [None; JOINTS];
     match target {
-        Target::Stiffness => over_torque = curves(&fit, &asked),
-        Target::Damping => (seen, decrements) = modes(&fit),
-        Target::Process => {
+        IdentificationTarget::Stiffness => over_torque = curves(&fit, &asked),
+        IdentificationTarget::Damping => (seen, decrements) = modes(&fit),
+        IdentificationTarget::Process => {
             sections = process::sections(&fit);
             let (mut of_ripple, file) = process::ripple(&fit, &orders, shown.len());
             if let (Some(process), Some(given)) = (&mut fit.model.process, &model.process) {
@@ -147,7 +150,7 @@ pub fn identify(
         }
     }
     // A file has the numbers that were asked for, and no other changed.
-    if target != Target::Stiffness {
+    if target != IdentificationTarget::Stiffness {
         for (own, given) in
             fit.model.robot.parameters.joints.iter_mut().zip(&model.robot.parameters.joints)
         {
@@ -156,7 +159,7 @@ pub fn identify(
         let parameters = fit.model.robot.parameters.clone();
         fit.model.robot.robot = Robot::new(parameters).map_err(IdentifyError::Model)?;
     }
-    let samples = count(&fit.fitted.at);
+    let samples = count(&fit.fitted.residuals);
     let score = |sum: f64| (sum / samples.max(1) as f64).sqrt();
     let before = fit.score_of(model)?;
     Ok(Identification {
@@ -164,7 +167,7 @@ pub fn identify(
         numbers,
         beside,
         correlation,
-        score: score(chi_square(&fit.fitted.at)),
+        score: score(chi_square(&fit.fitted.residuals)),
         score_before: before,
         samples,
         logs: fit.logs.iter().map(|log| log.name.clone()).collect(),
@@ -174,14 +177,14 @@ pub fn identify(
         decrements,
         sections,
         notices: of_reading(&fit.logs)
-            .chain(single_loads(&fit.logs, &fit.bench.experiments, &fit.fitted.at))
+            .chain(single_loads(&fit.logs, &fit.problem.logs, &fit.fitted.residuals))
             .chain(fit.found.notices())
             .collect(),
         model: fit.model,
     })
 }
 
-fn number(asked: &Asked, k: usize, fit: &Fit, model: &ModelFile) -> Number {
+fn number(asked: &FreeCoordinate, k: usize, fit: &IdentificationFit, model: &ModelFile) -> Number {
     let (given, found) = (asked.value(model), asked.value(&fit.model));
     let wide = TWO_SIDED * fit.covariance[(k, k)].sqrt();
     let at = match asked.at {

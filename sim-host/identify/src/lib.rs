@@ -47,7 +47,7 @@ mod process;
 
 pub use curve::{CurvePoint, StiffnessCurve};
 pub use error::IdentifyError;
-pub use identification::{Identification, Target, identify};
+pub use identification::{Identification, IdentificationTarget, identify};
 pub use modes::{ByDecrement, Mode};
 pub use number::Number;
 pub use process::{Section, WeldPart};

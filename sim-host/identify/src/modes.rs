@@ -9,7 +9,7 @@
 //! from the eigenfrequencies on. Damping of the joints follows from the decay rates by least squares
 //! over c = vᵀ D v.
 
-use crate::fit::Fit;
+use crate::fit::IdentificationFit;
 use crate::number::TWO_SIDED;
 use nalgebra::{DMatrix, DVector, Matrix6, SymmetricEigen, Vector3};
 use trueweld_core::{JOINTS, JointVector};
@@ -51,20 +51,20 @@ pub struct ByDecrement {
 }
 
 /// Time after the encoders stand that is left out, s: what a brake does is over.
-const AFTER: f64 = 0.004;
+const BRAKE_SETTLING_TIME: f64 = 0.004;
 
 /// Rows that a decay needs, and most that are looked at.
-const LEAST: usize = 100;
-const MOST: usize = 1500;
+const DECAY_ROWS_MIN: usize = 100;
+const DECAY_ROWS_MAX: usize = 1500;
 
 /// Amplitude over the noise that a mode needs.
-const SEEN: f64 = 3.0;
+const MODE_AMPLITUDE_RATIO_MIN: f64 = 3.0;
 
 /// Steps of the fit of one log.
-const STEPS: usize = 40;
+const MODE_FIT_STEPS: usize = 40;
 
 /// Most uncertainty of a decay rate, or of a joint's damping, over its value that is told.
-const TOLD: f64 = 0.5;
+const RATE_UNCERTAINTY_MAX: f64 = 0.5;
 
 /// Eigenfrequencies, rad/s, and mode shapes with vᵀ M v = 1, slowest first.
 fn eigen(inertia: &Matrix6<f64>, stiffness: &JointVector<f64>) -> Vec<(f64, JointVector<f64>)> {
@@ -148,7 +148,7 @@ impl Ringing {
         let mut poles = start.to_vec();
         let mut at = self.solve(&poles)?;
         let mut damping = 1e-3;
-        for _ in 0..STEPS {
+        for _ in 0..MODE_FIT_STEPS {
             let slopes = self.slopes(&poles, &at)?;
             let m = slopes.len();
             let mut normal = DMatrix::from_fn(m, m, |i, j| slopes[i].dot(&slopes[j]));
@@ -192,7 +192,7 @@ impl Ringing {
 }
 
 /// Modes of every ring-down, and the damping of the joints by their decrements.
-pub(crate) fn modes(fit: &Fit) -> (Vec<Mode>, [Option<ByDecrement>; JOINTS]) {
+pub(crate) fn modes(fit: &IdentificationFit) -> (Vec<Mode>, [Option<ByDecrement>; JOINTS]) {
     let robot = &fit.model.robot.robot;
     let levels = instruments(&fit.logs);
     let mut modes = Vec::new();
@@ -204,12 +204,12 @@ pub(crate) fn modes(fit: &Fit) -> (Vec<Mode>, [Option<ByDecrement>; JOINTS]) {
         };
         let encoder_noise = levels.encoder[0].map_or(0.0, |level| level.deviation);
         let Some(from) = stands_from(log, encoder_noise) else { continue };
-        let begins = log.samples.time.get(from).map_or(f64::INFINITY, |t| t + AFTER);
+        let begins = log.samples.time.get(from).map_or(f64::INFINITY, |t| t + BRAKE_SETTLING_TIME);
         let rows: Vec<usize> = (0..position.len())
             .filter(|k| log.samples.time[*k] >= begins && position[*k].sum().is_finite())
-            .take(MOST)
+            .take(DECAY_ROWS_MAX)
             .collect();
-        if rows.len() < LEAST {
+        if rows.len() < DECAY_ROWS_MIN {
             continue;
         }
         let first = log.samples.time[rows[0]];
@@ -238,7 +238,9 @@ pub(crate) fn modes(fit: &Fit) -> (Vec<Mode>, [Option<ByDecrement>; JOINTS]) {
                     let doubt = |k: usize| covariance[(2 * k + 1, 2 * k + 1)].sqrt() / poles[k][1];
                     let astray = |k: usize| (poles[k][0] / start[k][0] - 1.0).abs() > 0.3;
                     let worst = (0..kept.len()).max_by(|a, b| doubt(*a).total_cmp(&doubt(*b)));
-                    worst.filter(|k| doubt(*k) > TOLD / SEEN || astray(*k))
+                    worst.filter(|k| {
+                        doubt(*k) > RATE_UNCERTAINTY_MAX / MODE_AMPLITUDE_RATIO_MIN || astray(*k)
+                    })
                 }
             };
             match worst {
@@ -295,7 +297,7 @@ fn by_decrement(
     let (solved, covariance) = (factor.solve(&right), factor.inverse());
     std::array::from_fn(|j| {
         let half = TWO_SIDED * covariance[(j, j)].sqrt();
-        (half < TOLD * solved[j])
+        (half < RATE_UNCERTAINTY_MAX * solved[j])
             .then_some(ByDecrement { value: solved[j] * near[j], half: half * near[j] })
     })
 }

@@ -34,12 +34,12 @@ pub struct PlannedLoad {
     /// Encoders, rad.
     pub posture: JointVector<f64>,
     /// How it acts.
-    pub load: Load,
+    pub load: LoadKind,
 }
 
 /// How a load acts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Load {
+pub enum LoadKind {
     /// The payload on the flange, in steps up and down.
     Payload,
     /// A force against a fixture, axes of B, N, in steps to and fro.
@@ -67,17 +67,17 @@ pub const PAYLOAD_SHARES: [f64; 7] = [0.0, 0.25, 0.5, 0.75, 1.0, 0.5, 0.0];
 pub const PUSH_SHARES: [f64; 9] = [0.0, 0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0];
 
 /// Postures looked at.
-const POSTURES: usize = 600;
+const POSTURES_TRIED: usize = 600;
 
 /// Rounds of exchange at most.
-const ROUNDS: usize = 20;
+const EXCHANGE_ROUNDS_MAX: usize = 20;
 
 /// Information that stands for none, so that a determinant exists before all six are told: a standard
 /// deviation of e².
-const NONE: f64 = 0.02;
+const PRIOR_INFORMATION: f64 = 0.02;
 
 /// A standard deviation that says nothing.
-const NOTHING: f64 = 3.0;
+const UNINFORMED_DEVIATION: f64 = 3.0;
 
 /// Chooses the loads; `None` where the arm may stand nowhere under them.
 pub fn plan(robot: &Robot<f64>, options: &PlanOptions) -> Option<StiffnessPlan> {
@@ -87,10 +87,10 @@ pub fn plan(robot: &Robot<f64>, options: &PlanOptions) -> Option<StiffnessPlan> 
         *range = [range[0].max(-PI), range[1].min(PI)];
     }
     let mut candidates: Vec<(PlannedLoad, Matrix6<f64>)> = Vec::new();
-    for posture in space.postures(POSTURES) {
+    for posture in space.postures(POSTURES_TRIED) {
         let tcp = robot.forward_kinematics(&posture).position;
         let sideways = Vector3::new(-tcp.y, tcp.x, 0.0).normalize();
-        for load in [Load::Payload, Load::Push(sideways * options.push)] {
+        for load in [LoadKind::Payload, LoadKind::Push(sideways * options.push)] {
             let planned = PlannedLoad { posture, load };
             candidates.extend(information(&space, options, &planned).map(|i| (planned, i)));
         }
@@ -98,7 +98,7 @@ pub fn plan(robot: &Robot<f64>, options: &PlanOptions) -> Option<StiffnessPlan> 
     if candidates.is_empty() {
         return None;
     }
-    let none = Matrix6::<f64>::identity() * NONE;
+    let none = Matrix6::<f64>::identity() * PRIOR_INFORMATION;
     let worth =
         |of: &Matrix6<f64>| of.cholesky().map_or(f64::NEG_INFINITY, |c| c.determinant().ln());
     let best = |without: &Matrix6<f64>| {
@@ -114,7 +114,7 @@ pub fn plan(robot: &Robot<f64>, options: &PlanOptions) -> Option<StiffnessPlan> 
         sum += candidates[next].1;
         chosen.push(next);
     }
-    for _ in 0..ROUNDS {
+    for _ in 0..EXCHANGE_ROUNDS_MAX {
         let mut gained = false;
         for place in 0..chosen.len() {
             let without = sum - candidates[chosen[place]].1;
@@ -130,7 +130,7 @@ pub fn plan(robot: &Robot<f64>, options: &PlanOptions) -> Option<StiffnessPlan> 
     }
     let mut loads: Vec<PlannedLoad> = chosen.iter().map(|k| candidates[*k].0).collect();
     // The weight is hung once: payloads first.
-    loads.sort_by_key(|load| load.load != Load::Payload);
+    loads.sort_by_key(|load| load.load != LoadKind::Payload);
     let by_hand = by_hand(&space, options);
     let told: Matrix6<f64> =
         by_hand.iter().filter_map(|load| information(&space, options, load)).sum();
@@ -149,15 +149,15 @@ fn deviations(information: &Matrix6<f64>) -> [f64; JOINTS] {
     let covariance = weak.try_inverse().unwrap_or_else(Matrix6::zeros);
     std::array::from_fn(|j| {
         let deviation = covariance[(j, j)].abs().sqrt();
-        if deviation < NOTHING { deviation } else { f64::INFINITY }
+        if deviation < UNINFORMED_DEVIATION { deviation } else { f64::INFINITY }
     })
 }
 
 /// The wrench of the whole load at the TCP, axes of B.
 fn wrench(robot: &Robot<f64>, options: &PlanOptions, load: &PlannedLoad) -> Wrench<f64> {
     match load.load {
-        Load::Push(force) => Wrench { moment: Vector3::zeros(), force },
-        Load::Payload => {
+        LoadKind::Push(force) => Wrench { moment: Vector3::zeros(), force },
+        LoadKind::Payload => {
             let frames = robot.frames(&load.posture);
             let parameters = robot.parameters();
             let lever = options.centre - parameters.tool.tcp_from_flange;
@@ -176,7 +176,8 @@ fn information(
     let robot = space.robot;
     let frames = robot.frames(&load.posture);
     let whole = wrench(robot, options, load);
-    let shares: &[f64] = if load.load == Load::Payload { &PAYLOAD_SHARES } else { &PUSH_SHARES };
+    let shares: &[f64] =
+        if load.load == LoadKind::Payload { &PAYLOAD_SHARES } else { &PUSH_SHARES };
     let to_tool = frames.tcp.rotation.transpose();
     let bears = |share: f64| {
         let part = Wrench { moment: whole.moment * share, force: whole.force * share };
@@ -223,9 +224,9 @@ fn by_hand(space: &SafeSpace<'_>, options: &PlanOptions) -> Vec<PlannedLoad> {
         .map(|k| PlannedLoad {
             posture: found[k % found.len()],
             load: if k + 1 == options.loads {
-                Load::Push(Vector3::y() * options.push)
+                LoadKind::Push(Vector3::y() * options.push)
             } else {
-                Load::Payload
+                LoadKind::Payload
             },
         })
         .collect()
@@ -251,13 +252,13 @@ pub fn protocol_text(plan: &StiffnessPlan, options: &PlanOptions, robot: &str) -
         let degrees = list(&mut planned.posture.iter().map(|q| q.to_degrees()));
         text += &format!("\n[[log.load]]\nposture_deg = {degrees}\n");
         text += &match planned.load {
-            Load::Payload => format!(
+            LoadKind::Payload => format!(
                 "payload_kg = {:?}\ncentre_m = {}\nshares = {:?}\n",
                 options.payload,
                 list(&mut options.centre.iter().copied()),
                 PAYLOAD_SHARES
             ),
-            Load::Push(force) => format!(
+            LoadKind::Push(force) => format!(
                 "force_base_n = {}\nshares = {:?}\n",
                 list(&mut force.iter().copied()),
                 PUSH_SHARES

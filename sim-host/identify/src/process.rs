@@ -9,17 +9,17 @@
 //! What tells what: the steady part drag, ratio and ripple; the rise of the push depth stiffness and
 //! damping; a feed that changes and a tool that leaves its line the lateral terms.
 
-use crate::coordinates::{Asked, PROCESS, RIPPLE};
-use crate::fit::Fit;
+use crate::coordinates::{FreeCoordinate, PROCESS_COORDINATES, RIPPLE};
+use crate::fit::IdentificationFit;
 use crate::number::{Number, TWO_SIDED};
 use nalgebra::{Complex, Matrix2, Vector2};
 use trueweld_measure::data::log::Log;
-use trueweld_measure::predict::{Experiment, Quantity};
+use trueweld_measure::predict::{ComparedQuantity, PreparedLog};
 use trueweld_plant::input::{Process, Ripple};
 
 /// Amplitude over its standard deviation from which on an order counts: one of twelve amplitudes
 /// passes it by chance once in a hundred times (Rayleigh: exp(−x²/2)).
-const STANDS_OUT: f64 = 3.8;
+const RIPPLE_SIGNIFICANCE: f64 = 3.8;
 
 /// Difference of two phases, in standard deviations, up to which they are one.
 const ONE_PHASE: f64 = 3.0;
@@ -52,14 +52,14 @@ pub enum WeldPart {
 
 /// One order of the ripple, in one direction.
 #[derive(Debug, Clone, Copy)]
-struct Line {
+struct RippleOrder {
     amplitude: f64,
     amplitude_deviation: f64,
     phase: f64,
     phase_deviation: f64,
 }
 
-impl Line {
+impl RippleOrder {
     /// From what is in step with sine and cosine, with its covariance.
     fn of(part: Complex<f64>, covariance: &Matrix2<f64>) -> Self {
         let (amplitude, phase) = part.to_polar();
@@ -74,22 +74,28 @@ impl Line {
     }
 
     fn stands_out(&self) -> bool {
-        self.amplitude > STANDS_OUT * self.amplitude_deviation
+        self.amplitude > RIPPLE_SIGNIFICANCE * self.amplitude_deviation
     }
 }
 
 /// Numbers to ask for: those of the process, and the ripple at these orders.
-pub(crate) fn asked(orders: &[f64]) -> Vec<Asked> {
-    let parts = |order: &f64| RIPPLE.each_ref().map(|part| Asked::of_order(part, *order));
-    PROCESS.iter().map(Asked::of_cell).chain(orders.iter().flat_map(parts)).collect()
+pub(crate) fn asked(orders: &[f64]) -> Vec<FreeCoordinate> {
+    let parts = |order: &f64| RIPPLE.each_ref().map(|part| FreeCoordinate::of_order(part, *order));
+    PROCESS_COORDINATES
+        .iter()
+        .map(FreeCoordinate::of_cell)
+        .chain(orders.iter().flat_map(parts))
+        .collect()
 }
 
 /// Orders of the spindle at which forces are compared.
-pub(crate) fn orders(experiments: &[Experiment]) -> Vec<f64> {
+pub(crate) fn orders(experiments: &[PreparedLog]) -> Vec<f64> {
     let mut orders: Vec<u8> = Vec::new();
     for compared in experiments.iter().flat_map(|e| &e.compared) {
         match compared.quantity {
-            Quantity::Ripple { order, .. } if !orders.contains(&order) => orders.push(order),
+            ComparedQuantity::Ripple { order, .. } if !orders.contains(&order) => {
+                orders.push(order)
+            }
             _ => {}
         }
     }
@@ -99,7 +105,11 @@ pub(crate) fn orders(experiments: &[Experiment]) -> Vec<f64> {
 
 /// The ripple that was found: numbers to tell, and entries of the file. `first`: where its parts begin
 /// among the numbers asked for.
-pub(crate) fn ripple(fit: &Fit, orders: &[f64], first: usize) -> (Vec<Number>, Vec<Ripple>) {
+pub(crate) fn ripple(
+    fit: &IdentificationFit,
+    orders: &[f64],
+    first: usize,
+) -> (Vec<Number>, Vec<Ripple>) {
     let (mut numbers, mut file) = (Vec::new(), Vec::new());
     let Some(process) = &fit.model.process else { return (numbers, file) };
     for (k, order) in orders.iter().enumerate() {
@@ -110,8 +120,8 @@ pub(crate) fn ripple(fit: &Fit, orders: &[f64], first: usize) -> (Vec<Number>, V
         let at = first + 4 * k;
         let covariance =
             |from: usize| fit.covariance.fixed_view::<2, 2>(at + from, at + from).into_owned();
-        let axial = Line::of(whole(|line| line.axial), &covariance(0));
-        let in_plane = Line::of(whole(|line| line.in_plane), &covariance(2));
+        let axial = RippleOrder::of(whole(|line| line.axial), &covariance(0));
+        let in_plane = RippleOrder::of(whole(|line| line.in_plane), &covariance(2));
         if !axial.stands_out() && !in_plane.stands_out() {
             continue;
         }
@@ -150,7 +160,7 @@ pub(crate) fn ripple(fit: &Fit, orders: &[f64], first: usize) -> (Vec<Number>, V
             // component there.
             let [a, b] = [&axial, &in_plane].map(|line| line.phase_deviation.powi(-2));
             let phase = in_plane.phase + apart * a / (a + b);
-            let along = |line: &Line| line.amplitude * (line.phase - phase).cos();
+            let along = |line: &RippleOrder| line.amplitude * (line.phase - phase).cos();
             file.push(entry(along(&axial), along(&in_plane), phase));
         }
     }
@@ -176,23 +186,28 @@ pub(crate) fn given(process: &Process, number: &Number) -> f64 {
 }
 
 /// Half of the time over which the speed along the seam is taken, s.
-const HALF: f64 = 0.4;
+const FEED_HALF_WINDOW: f64 = 0.4;
 
 /// Shares of the feed: below the first a tool stands, and where it changes by less than the second from
 /// one half to the other the feed is even.
-const STANDS: f64 = 0.15;
-const EVEN: f64 = 0.07;
+const STANDING_FEED_SHARE: f64 = 0.15;
+const EVEN_FEED_CHANGE: f64 = 0.07;
 
 /// Scores of the parts of every weld.
-pub(crate) fn sections(fit: &Fit) -> Vec<Section> {
+pub(crate) fn sections(fit: &IdentificationFit) -> Vec<Section> {
     let mut sections = Vec::new();
-    for (k, (log, experiment)) in fit.logs.iter().zip(&fit.bench.experiments).enumerate() {
+    for (k, (log, experiment)) in fit.logs.iter().zip(&fit.problem.logs).enumerate() {
         let Some(parts) = parts(log) else { continue };
         for part in [WeldPart::Standing, WeldPart::FeedChange, WeldPart::Steady] {
             let rows: Vec<usize> = (0..parts.len()).filter(|r| parts[*r] == part).collect();
             let (mut squares, mut samples) = (0.0, 0);
-            for (compared, residual) in experiment.compared.iter().zip(&fit.fitted.at[k].residual) {
-                let force = matches!(compared.quantity, Quantity::Force | Quantity::Ripple { .. });
+            for (compared, residual) in
+                experiment.compared.iter().zip(&fit.fitted.residuals[k].residual)
+            {
+                let force = matches!(
+                    compared.quantity,
+                    ComparedQuantity::Force | ComparedQuantity::Ripple { .. }
+                );
                 if force && parts[compared.row] == part {
                     squares += residual * residual;
                     samples += 1;
@@ -218,16 +233,16 @@ fn parts(log: &Log) -> Option<Vec<WeldPart>> {
     let time = &log.samples.time;
     let n = time.len();
     let step = (time[n - 1] - time[0]) / (n - 1).max(1) as f64;
-    let half = ((HALF / step) as usize).max(1);
+    let half = ((FEED_HALF_WINDOW / step) as usize).max(1);
     let speed = |from: usize, to: usize| {
         (position[to] - position[from]).norm() / (time[to] - time[from]).max(step)
     };
     let part = |k: usize| {
         let (from, to) = (k.saturating_sub(half), (k + half).min(n - 1));
         let change = speed(k.min(to - 1), to) - speed(from, k.max(from + 1));
-        if speed(from, to) < STANDS * weld.feed {
+        if speed(from, to) < STANDING_FEED_SHARE * weld.feed {
             WeldPart::Standing
-        } else if change.abs() < EVEN * weld.feed {
+        } else if change.abs() < EVEN_FEED_CHANGE * weld.feed {
             WeldPart::Steady
         } else {
             WeldPart::FeedChange

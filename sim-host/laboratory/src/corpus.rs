@@ -4,7 +4,7 @@
 use crate::laboratory::Laboratory;
 use crate::out_of_library::{OutOfLibrary, OutOfLibraryKind};
 use crate::protocol::Protocol;
-use crate::random::CASE;
+use crate::random::CASE_STREAM;
 use crate::recipe::Recipe;
 use trueweld_core::JOINTS;
 use trueweld_plant::effects::{Effect, EffectKind, library};
@@ -79,7 +79,7 @@ impl Laboratory {
     pub fn flawless(&self, seed: u64, count: usize, protocol: &Protocol) -> Vec<CorpusCase> {
         let case = |index: usize| {
             let seed = seed.wrapping_mul(1_000_003).wrapping_add(index as u64);
-            let mut random = Random::new(seed, CASE);
+            let mut random = Random::new(seed, CASE_STREAM);
             let mut recipe = nuisance(seed, protocol, &mut random);
             let off = |random: &mut Random, shift: f64, turn: f64| {
                 let (shift, turn) = (random.direction() * shift, random.direction() * turn);
@@ -113,7 +113,7 @@ impl Laboratory {
     /// The first `count` cases of the corpus with this seed; a larger `count` leaves the first ones
     /// as they are. Effects come in random order, each once before any comes again.
     pub fn corpus(&self, seed: u64, count: usize, protocol: &Protocol) -> Vec<CorpusCase> {
-        let mut deck = Random::new(seed, CASE);
+        let mut deck = Random::new(seed, CASE_STREAM);
         let kinds: Vec<&EffectKind> = library().filter(|kind| kind.drawn.is_some()).collect();
         let (mut effects, mut foreign) = (Vec::new(), Vec::new());
         let mut case = |index: usize| {
@@ -139,7 +139,7 @@ impl Laboratory {
                     (Hidden::Unknown(effect), kind.name().to_owned())
                 }
             };
-            let mut random = Random::new(seed, CASE);
+            let mut random = Random::new(seed, CASE_STREAM);
             let target = TARGETS[random.whole(0, TARGETS.len() - 1)];
             let recipe = nuisance(seed, protocol, &mut random);
             CorpusCase { name: format!("{index:03}-{what}"), seed, hidden, target, recipe }

@@ -3,7 +3,7 @@
 
 use crate::laboratory::Laboratory;
 use crate::protocol::Protocol;
-use crate::random::DRAW;
+use crate::random::DRAW_STREAM;
 use trueweld_plant::effects::{Draw, Effect, EffectKind, Location, library};
 use trueweld_plant::random::Random;
 
@@ -27,7 +27,7 @@ impl Laboratory {
         // joint.
         let (index, kind) = library().enumerate().find(|(_, k)| k.id == id)?;
         let drawn = kind.drawn?;
-        let random = Random::new(seed, DRAW + index as u64);
+        let random = Random::new(seed, DRAW_STREAM + index as u64);
         let mut draw = Draw::new(random, size, &self.robot.parameters, protocol.seam);
         let (at, values) = drawn(&mut draw);
         Some(Effect { kind, at, values })

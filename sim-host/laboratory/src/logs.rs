@@ -1,15 +1,15 @@
 //! The logs of a campaign: postures and loads, stops, motions, welds.
 
 use crate::error::CampaignError;
-use crate::instruments::LogKind;
-use crate::motion::{Moves, Path, Stop};
+use crate::instruments::SimulatedLogKind;
+use crate::motion::{BrakedStop, EncoderPath, Moves};
 use crate::moving_arm::MovingArm;
 use crate::protocol::Protocol;
 use crate::protocol_file::{LoadRow, LogPlan, PlannedLog, PlannedWeld};
 use crate::random;
 use crate::samples::SampleTable;
-use crate::static_arm::{Load, StaticArm};
-use crate::track::{Instant, Track, readings};
+use crate::static_arm::{AppliedLoad, StaticArm};
+use crate::track::{Instant, TruthTrack, readings};
 use crate::truth::Truth;
 use crate::weld_file::weld_file;
 use nalgebra::Vector3;
@@ -20,10 +20,12 @@ use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{RealSeam, Weld, write_atomically};
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::random::Random;
-use trueweld_plant::simulate::{Controller, Program, RecordRow, Recording, Scenario, Seam, run};
+use trueweld_plant::simulate::{
+    ControllerKind, RecordRow, Recording, Scenario, Seam, WeldProgram, run,
+};
 
 /// Range of the postures of static loads and ring-downs, rad; A5 of either sign.
-const RANGE: [[f64; 2]; JOINTS] =
+const POSTURE_RANGE: [[f64; 2]; JOINTS] =
     [[-0.8, 0.9], [-1.05, -0.65], [1.15, 2.2], [-1.2, 1.2], [0.25, 1.5], [-1.6, 1.6]];
 
 /// Plant step of a weld, s.
@@ -60,8 +62,8 @@ pub(crate) struct Recorder<'a> {
 }
 
 /// When the brake falls in a ring-down, and how long it takes, s.
-const FALLS: f64 = 0.1;
-const BRAKES: f64 = 0.003;
+const RING_DOWN_BRAKE_ONSET: f64 = 0.1;
+const RING_DOWN_BRAKE_DURATION: f64 = 0.003;
 
 impl Recorder<'_> {
     /// Records a log of a protocol, which has this number among them, into a folder.
@@ -71,7 +73,7 @@ impl Recorder<'_> {
         log: &PlannedLog,
         folder: &path::Path,
     ) -> Result<(), CampaignError> {
-        let random = Random::new(self.truth.recipe.seed, random::PLAN + number);
+        let random = Random::new(self.truth.recipe.seed, random::PLAN_STREAM + number);
         let mut new = NewLog { number, random, folder: folder.to_owned() };
         match &log.plan {
             LogPlan::Loads(rows) => self.load(&new, rows),
@@ -79,11 +81,11 @@ impl Recorder<'_> {
             LogPlan::Moves { start, waypoints } => {
                 let path = Moves::through(*start, waypoints);
                 let lasts = path.lasts();
-                self.follow(new, LogKind::Free, &path, 0.0, lasts, FREE_STEP)
+                self.follow(new, SimulatedLogKind::Free, &path, 0.0, lasts, FREE_STEP)
             }
             LogPlan::Wander { lasts } => {
                 let path = Moves::random(*lasts, &mut new.random);
-                self.follow(new, LogKind::Free, &path, 0.0, *lasts, FREE_STEP)
+                self.follow(new, SimulatedLogKind::Free, &path, 0.0, *lasts, FREE_STEP)
             }
             LogPlan::Weld(planned) => {
                 let PlannedWeld { weld, text, spindle } = planned.as_ref();
@@ -94,7 +96,7 @@ impl Recorder<'_> {
 
     fn load(&self, log: &NewLog, rows: &[LoadRow]) -> Result<(), CampaignError> {
         let cell = self.truth.cell(log.number, out_of_reach(), 0.0)?;
-        let mut table = self.table(LogKind::Static, log);
+        let mut table = self.table(SimulatedLogKind::Static, log);
         let mut arm: Option<StaticArm<'_>> = None;
         for LoadRow { time, motor, load } in rows {
             let arm = match &mut arm {
@@ -116,16 +118,21 @@ impl Recorder<'_> {
         rate: JointVector<f64>,
         lasts: f64,
     ) -> Result<(), CampaignError> {
-        let path = Stop { start, rate, falls: FALLS, takes: BRAKES };
-        self.follow(log, LogKind::Ring, &path, -RUN_IN, lasts, RING_STEP)
+        let path = BrakedStop {
+            start,
+            rate,
+            falls: RING_DOWN_BRAKE_ONSET,
+            takes: RING_DOWN_BRAKE_DURATION,
+        };
+        self.follow(log, SimulatedLogKind::Ring, &path, -RUN_IN, lasts, RING_STEP)
     }
 
     /// The arm without contact, its motors on a path from `start` (before 0 to run in) to `end`, s.
     fn follow(
         &self,
         log: NewLog,
-        kind: LogKind,
-        path: &impl Path,
+        kind: SimulatedLogKind,
+        path: &impl EncoderPath,
         start: f64,
         end: f64,
         step: f64,
@@ -133,7 +140,7 @@ impl Recorder<'_> {
         let cell = self.truth.cell(log.number, out_of_reach(), 0.0)?;
         let foreign = self.truth.recipe.out_of_library.as_ref();
         let instants = MovingArm { cell: &cell, foreign, path }.run(start, end, step)?;
-        let track = Track { start, step, instants };
+        let track = TruthTrack { start, step, instants };
         Ok(self.recorded(kind, &log, &cell, &track, end, &[]).write(&log.folder, "")?)
     }
 
@@ -157,10 +164,10 @@ impl Recorder<'_> {
                 controller_model: &laboratory.robot.robot,
                 planned,
                 weld,
-                program: Program::Weld,
+                program: WeldProgram::Weld,
                 control: &laboratory.control,
                 sensors: &laboratory.sensors,
-                controller: Controller::External,
+                controller: ControllerKind::External,
                 law: &Entry::of::<Uncompensated>(),
                 integrator: Integrator::LinearlyImplicit,
                 plant_step: WELD_STEP,
@@ -169,11 +176,11 @@ impl Recorder<'_> {
             },
             |_| {},
         )?;
-        let table = self.table(LogKind::Weld, log);
+        let table = self.table(SimulatedLogKind::Weld, log);
         Ok(write_weld(table, &recording, &cell, spindle, (&log.folder, text))?)
     }
 
-    fn table(&self, kind: LogKind, log: &NewLog) -> SampleTable {
+    fn table(&self, kind: SimulatedLogKind, log: &NewLog) -> SampleTable {
         SampleTable::new(kind, self.truth.recipe, log.number)
     }
 
@@ -181,10 +188,10 @@ impl Recorder<'_> {
     /// columns that no instrument reads.
     fn recorded(
         &self,
-        kind: LogKind,
+        kind: SimulatedLogKind,
         log: &NewLog,
         cell: &Cell,
-        track: &Track,
+        track: &TruthTrack,
         length: f64,
         given: &[f64],
     ) -> SampleTable {
@@ -197,9 +204,9 @@ impl Recorder<'_> {
 /// Even sampling from 0 to `length`, s; `given`: the columns that no instrument reads.
 fn fill(
     table: &mut SampleTable,
-    kind: LogKind,
+    kind: SimulatedLogKind,
     cell: &Cell,
-    track: &Track,
+    track: &TruthTrack,
     (length, given): (f64, &[f64]),
 ) {
     if let Some(period) = kind.period() {
@@ -230,8 +237,8 @@ pub(crate) fn write_weld(
     };
     let instants: Vec<_> = recording.rows.iter().map(instant).collect();
     let length = instants.len().saturating_sub(1) as f64 * recording.period;
-    let track = Track { start: 0.0, step: recording.period, instants };
-    fill(&mut table, LogKind::Weld, cell, &track, (length, &[spindle]));
+    let track = TruthTrack { start: 0.0, step: recording.period, instants };
+    fill(&mut table, SimulatedLogKind::Weld, cell, &track, (length, &[spindle]));
     table.write(folder, "weld = \"weld.toml\"\nprocess = \"../process.toml\"\n")?;
     write_atomically(folder.join("weld.toml"), text.as_bytes())
 }
@@ -246,7 +253,7 @@ impl LogWriter<'_> {
             number += 1;
             let folder = folder.join(&name);
             names.push(name);
-            let random = Random::new(self.truth.recipe.seed, random::PLAN + number);
+            let random = Random::new(self.truth.recipe.seed, random::PLAN_STREAM + number);
             NewLog { number, random, folder }
         };
         let (protocol, recorder) = (self.protocol, Recorder { truth: self.truth });
@@ -266,7 +273,7 @@ impl LogWriter<'_> {
         if protocol.free > 0.0 {
             let mut log = next(format!("free{suffix}"));
             let path = Moves::random(protocol.free, &mut log.random);
-            recorder.follow(log, LogKind::Free, &path, 0.0, protocol.free, FREE_STEP)?;
+            recorder.follow(log, SimulatedLogKind::Free, &path, 0.0, protocol.free, FREE_STEP)?;
         }
         for weld in 0..protocol.welds {
             let number = if self.held_out { self.truth.recipe.protocol.welds } else { weld };
@@ -354,16 +361,17 @@ fn out_of_reach() -> Pose<f64> {
 }
 
 fn draw_posture(random: &mut Random) -> JointVector<f64> {
-    let mut posture = JointVector::from_fn(|i, _| random.between(RANGE[i][0], RANGE[i][1]));
+    let mut posture =
+        JointVector::from_fn(|i, _| random.between(POSTURE_RANGE[i][0], POSTURE_RANGE[i][1]));
     posture[4] *= random.sign();
     posture
 }
 
 /// Loads at one posture, in their order: up and down again, so that a hysteresis shows.
-fn loads(posture: usize, random: &mut Random) -> Vec<Load> {
-    let pressed = |force: Vector3<f64>, moment: Vector3<f64>| Load {
+fn loads(posture: usize, random: &mut Random) -> Vec<AppliedLoad> {
+    let pressed = |force: Vector3<f64>, moment: Vector3<f64>| AppliedLoad {
         wrench_in_t: Wrench { moment, force },
-        ..Load::none()
+        ..AppliedLoad::none()
     };
     let turn = [0.0, 0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0];
     match posture % 4 {
@@ -379,10 +387,10 @@ fn loads(posture: usize, random: &mut Random) -> Vec<Load> {
             );
             // Where it hangs is known to a tenth of a millimetre.
             let center = center.map(|v| (v * 1e4).round() / 1e4);
-            let hung = |payload: f64| Load {
+            let hung = |payload: f64| AppliedLoad {
                 payload,
                 center: if payload > 0.0 { center } else { Vector3::zeros() },
-                ..Load::none()
+                ..AppliedLoad::none()
             };
             [0.0, 150.0, 300.0, 500.0, 300.0, 150.0, 0.0].map(hung).to_vec()
         }

@@ -26,14 +26,14 @@ pub struct Waypoint {
 }
 
 /// A path of the encoders over time.
-pub(crate) trait Path {
+pub(crate) trait EncoderPath {
     /// Where they are at a time, s.
     fn at(&self, time: f64) -> Motor;
 }
 
 /// Constant rate until the brake falls, then a stop within milliseconds: a ring-down.
 #[derive(Debug)]
-pub(crate) struct Stop {
+pub(crate) struct BrakedStop {
     /// Angles at time 0, rad.
     pub start: JointVector<f64>,
     /// Rates until the brake falls, rad/s.
@@ -44,7 +44,7 @@ pub(crate) struct Stop {
     pub takes: f64,
 }
 
-impl Path for Stop {
+impl EncoderPath for BrakedStop {
     fn at(&self, time: f64) -> Motor {
         let braked = (time - self.falls).clamp(0.0, self.takes);
         let share = 1.0 - braked / self.takes;
@@ -59,33 +59,34 @@ impl Path for Stop {
 }
 
 /// Where free motion stays, rad: in front of the robot, the tool clear of the arm.
-const RANGE: [[f64; 2]; JOINTS] =
+const FREE_MOTION_RANGE: [[f64; 2]; JOINTS] =
     [[-0.8, 0.8], [-1.25, -0.55], [1.2, 2.1], [-1.2, 1.2], [0.15, 1.5], [-1.4, 1.4]];
 
 /// Largest rates of free motion, rad/s.
-const RATE: [f64; JOINTS] = [0.45, 0.4, 0.4, 0.6, 0.7, 0.9];
+const FREE_MOTION_RATE_MAX: [f64; JOINTS] = [0.45, 0.4, 0.4, 0.6, 0.7, 0.9];
 
-/// Rest before the first of the moves that a protocol states, s.
-const DWELL: f64 = 0.4;
+/// Rest before the first of the moves that a protocol states, and after a move where the file does
+/// not say, s.
+pub(crate) const MOVE_DWELL: f64 = 0.4;
 
 /// Moves of least jerk, waves of two sines a joint, and dwells, one after the other, from rest.
 #[derive(Debug)]
 pub(crate) struct Moves {
     start: JointVector<f64>,
     lasts: f64,
-    pieces: Vec<Piece>,
+    pieces: Vec<MotionPiece>,
 }
 
 #[derive(Debug)]
-struct Piece {
+struct MotionPiece {
     begins: f64,
     takes: f64,
     from: JointVector<f64>,
-    what: What,
+    what: PieceMotion,
 }
 
 #[derive(Debug)]
-enum What {
+enum PieceMotion {
     /// By this much, all joints together.
     Move(JointVector<f64>),
     /// Amplitudes, rates (rad/s) and phases of two sines, faded in and out.
@@ -95,9 +96,14 @@ enum What {
 impl Moves {
     /// From rest through points, each reached by a move of least jerk and followed by a rest.
     pub fn through(start: JointVector<f64>, waypoints: &[Waypoint]) -> Self {
-        let (mut from, mut time, mut pieces) = (start, DWELL, Vec::new());
+        let (mut from, mut time, mut pieces) = (start, MOVE_DWELL, Vec::new());
         for Waypoint { to, takes, dwell } in waypoints {
-            pieces.push(Piece { begins: time, takes: *takes, from, what: What::Move(to - from) });
+            pieces.push(MotionPiece {
+                begins: time,
+                takes: *takes,
+                from,
+                what: PieceMotion::Move(to - from),
+            });
             from = *to;
             time += takes + dwell;
         }
@@ -111,27 +117,31 @@ impl Moves {
 
     /// A random motion that lasts `length` s.
     pub fn random(length: f64, random: &mut Random) -> Self {
-        let start = JointVector::from_fn(|i, _| random.between(RANGE[i][0], RANGE[i][1]));
+        let start = JointVector::from_fn(|i, _| {
+            random.between(FREE_MOTION_RANGE[i][0], FREE_MOTION_RANGE[i][1])
+        });
         let (mut from, mut time, mut pieces) = (start, 0.1, Vec::new());
         while time < length {
             let (takes, what) = if random.between(0.0, 1.0) < 0.6 {
                 let takes = random.between(1.2, 3.0);
                 let by = JointVector::from_fn(|i, _| {
                     // Peak rate of a move of least jerk: 15/8 of the mean.
-                    let far = RATE[i] * takes * 8.0 / 15.0;
-                    (random.between(RANGE[i][0], RANGE[i][1]) - from[i]).clamp(-far, far)
+                    let far = FREE_MOTION_RATE_MAX[i] * takes * 8.0 / 15.0;
+                    (random.between(FREE_MOTION_RANGE[i][0], FREE_MOTION_RANGE[i][1]) - from[i])
+                        .clamp(-far, far)
                 });
-                (takes, What::Move(by))
+                (takes, PieceMotion::Move(by))
             } else {
                 let wave = std::array::from_fn(|_| {
                     let rate = JointVector::from_fn(|_, _| random.between(1.5, 5.0));
-                    let amplitude = JointVector::from_fn(|i, _| 0.4 * RATE[i] / rate[i]);
+                    let amplitude =
+                        JointVector::from_fn(|i, _| 0.4 * FREE_MOTION_RATE_MAX[i] / rate[i]);
                     [amplitude, rate, JointVector::from_fn(|_, _| random.between(-3.1, 3.1))]
                 });
-                (random.between(3.0, 4.5), What::Wave(Box::new(wave)))
+                (random.between(3.0, 4.5), PieceMotion::Wave(Box::new(wave)))
             };
-            let to = if let What::Move(by) = &what { from + by } else { from };
-            pieces.push(Piece { begins: time, takes, from, what });
+            let to = if let PieceMotion::Move(by) = &what { from + by } else { from };
+            pieces.push(MotionPiece { begins: time, takes, from, what });
             from = to;
             let dwell = if random.sign() > 0.0 { random.between(0.2, 0.6) } else { 0.0 };
             time += takes + dwell;
@@ -140,7 +150,7 @@ impl Moves {
     }
 }
 
-impl Path for Moves {
+impl EncoderPath for Moves {
     fn at(&self, time: f64) -> Motor {
         let rest =
             |angle| Motor { angle, rate: JointVector::zeros(), acceleration: JointVector::zeros() };
@@ -150,14 +160,14 @@ impl Path for Moves {
         let s = (time - piece.begins) / piece.takes;
         let (by_time, by_time2) = (1.0 / piece.takes, 1.0 / (piece.takes * piece.takes));
         match &piece.what {
-            What::Move(by) if s >= 1.0 => rest(piece.from + by),
-            What::Wave(_) if s >= 1.0 => rest(piece.from),
-            What::Move(by) => Motor {
+            PieceMotion::Move(by) if s >= 1.0 => rest(piece.from + by),
+            PieceMotion::Wave(_) if s >= 1.0 => rest(piece.from),
+            PieceMotion::Move(by) => Motor {
                 angle: piece.from + by * (s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s)),
                 rate: by * (30.0 * s * s * (1.0 - s).powi(2) * by_time),
                 acceleration: by * (60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) * by_time2),
             },
-            What::Wave(sines) => {
+            PieceMotion::Wave(sines) => {
                 // Faded in and out by 64 (s (1 − s))³, whose second derivative is still continuous.
                 let (u, du) = (s * (1.0 - s), 1.0 - 2.0 * s);
                 let fade = [

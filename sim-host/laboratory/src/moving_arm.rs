@@ -3,7 +3,7 @@
 //! Equation (2.1), link side, integrated by Runge–Kutta at steps below the fastest mode's period.
 
 use crate::error::CampaignError;
-use crate::motion::{Motor, Path};
+use crate::motion::{EncoderPath, Motor};
 use crate::out_of_library::OutOfLibrary;
 use crate::static_arm::{Unsettled, runge_kutta, settled};
 use crate::track::Instant;
@@ -21,7 +21,7 @@ const INTERNAL: usize = 2 * JOINTS;
 const HUNG: usize = INTERNAL + INTERNAL_STATES;
 
 /// Postures along a path at which the fastest mode is looked for.
-const POSTURES: usize = 32;
+const PATH_POSTURES: usize = 32;
 
 /// An arm in motion without contact, its motors on a path.
 #[derive(Debug)]
@@ -31,7 +31,7 @@ pub(crate) struct MovingArm<'a, P> {
     pub path: &'a P,
 }
 
-impl<P: Path> MovingArm<'_, P> {
+impl<P: EncoderPath> MovingArm<'_, P> {
     /// The truth every `step` s from `start` to `end`, the log's own time being from 0 on: before
     /// it the arm runs in, and what remembers does not yet. It begins in balance at the rate that
     /// its motors have then.
@@ -50,8 +50,8 @@ impl<P: Path> MovingArm<'_, P> {
         y.fixed_rows_mut::<3>(HUNG + 3).copy_from(&frames.twist(&motor.rate).linear);
 
         let count = ((end - start) / step).round() as usize;
-        let along = |k: usize| start + (end - start) * k as f64 / POSTURES as f64;
-        let postures = (0..=POSTURES).map(|k| self.path.at(along(k)).angle);
+        let along = |k: usize| start + (end - start) * k as f64 / PATH_POSTURES as f64;
+        let postures = (0..=PATH_POSTURES).map(|k| self.path.at(along(k)).angle);
         let substeps = substeps(&self.cell.robot, postures, step, step)?;
         let h = step / substeps as f64;
         let mut instants = Vec::with_capacity(count + 1);

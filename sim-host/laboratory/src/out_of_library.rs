@@ -3,7 +3,7 @@
 //!
 //! Each is a term at a port of the plant, or acts on a moving arm only. At size 1 each shows well above the noise.
 
-use crate::random::OUT_OF_LIBRARY;
+use crate::random::OUT_OF_LIBRARY_STREAM;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 use trueweld_core::JOINTS;
@@ -108,7 +108,7 @@ pub(crate) struct Appendage {
 impl OutOfLibrary {
     /// The effect at a random joint that can have it. `size` is a factor on the usual size.
     pub fn draw(kind: OutOfLibraryKind, size: f64, seed: u64) -> Self {
-        let mut random = Random::new(seed, OUT_OF_LIBRARY);
+        let mut random = Random::new(seed, OUT_OF_LIBRARY_STREAM);
         let joint = match kind {
             // Only motor torque shows them, and its noise is the same at the weak joints.
             OutOfLibraryKind::UnevenFriction | OutOfLibraryKind::FadingFriction => {
@@ -189,10 +189,13 @@ impl OutOfLibrary {
 
     /// The mass hung on the tool, where it is one. A weld's feed does not stir it.
     pub(crate) fn appendage(&self) -> Option<Appendage> {
-        const RATE: f64 = 9.0 * TAU;
+        const APPENDAGE_RATE: f64 = 9.0 * TAU;
         let mass = 12.0 * self.size;
-        let hung =
-            Appendage { mass, stiffness: mass * RATE * RATE, damping: 2.0 * 0.02 * mass * RATE };
+        let hung = Appendage {
+            mass,
+            stiffness: mass * APPENDAGE_RATE * APPENDAGE_RATE,
+            damping: 2.0 * 0.02 * mass * APPENDAGE_RATE,
+        };
         (self.kind == OutOfLibraryKind::Appendage).then_some(hung)
     }
 }

@@ -30,16 +30,16 @@
 
 use crate::instruments::InstrumentNoise;
 use crate::laboratory::Laboratory;
-use crate::motion::Waypoint;
+use crate::motion::{MOVE_DWELL, Waypoint};
 use crate::recipe::Recipe;
-use crate::static_arm::Load;
+use crate::static_arm::AppliedLoad;
 use nalgebra::Vector3;
 use std::path::Path;
 use trueweld_core::{JOINTS, JointVector, Wrench};
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{
-    Bounds, Control, Document, FileKind, InputError, InputFile, ModelEffect, ModelFile, Sensors,
-    Table, Weld, folder_of, read_text,
+    Bounds, Control, FileKind, InputError, InputFile, ModelEffect, ModelFile, Sensors,
+    TomlDocument, TomlTable, Weld, folder_of, read_text,
 };
 
 /// A protocol that was read and checked.
@@ -111,7 +111,7 @@ pub struct LoadRow {
     pub time: f64,
     /// Encoders, rad.
     pub motor: JointVector<f64>,
-    pub(crate) load: Load,
+    pub(crate) load: AppliedLoad,
 }
 
 /// A weld to be recorded.
@@ -126,16 +126,15 @@ pub struct PlannedWeld {
 }
 
 /// Most rows, s and logs that a protocol may ask for: more is a slip.
-const MOST_ROWS: usize = 2000;
-const LONGEST: f64 = 600.0;
-const MOST_LOGS: usize = 100;
+const PROTOCOL_ROWS_MAX: usize = 2000;
+const PROTOCOL_TIME_MAX: f64 = 600.0;
+const PROTOCOL_LOGS_MAX: usize = 100;
 
 /// Time between two loads, and after a change of posture, s, where the file does not say.
 const PAUSE: f64 = 15.0;
 
-/// Length of a ring-down, and rest after a move, s, where the file does not say.
-const RINGS: f64 = 1.0;
-const DWELL: f64 = 0.4;
+/// Length of a ring-down, s, where the file does not say.
+const RING_DOWN_LENGTH: f64 = 1.0;
 
 /// Mean rate of a move of least jerk over its peak.
 const MEAN: f64 = 8.0 / 15.0;
@@ -160,7 +159,7 @@ impl ProtocolFile {
     /// # Errors
     /// As [`ProtocolFile::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
-        let document = Document::parse(text, &path.display().to_string())?;
+        let document = TomlDocument::parse(text, &path.display().to_string())?;
         let root = document.root_of(FileKind::Protocol.schema())?;
         root.only(&[
             "schema",
@@ -180,14 +179,14 @@ impl ProtocolFile {
         let model = model(&root, path)?;
         let effects = if root.has("effect") {
             let tables = root.tables("effect")?;
-            let read = |table: &Table<'_>| Ok(ModelEffect::read(table, &model.robot)?.effect);
+            let read = |table: &TomlTable<'_>| Ok(ModelEffect::read(table, &model.robot)?.effect);
             tables.iter().map(read).collect::<Result<_, InputError>>()?
         } else {
             Vec::new()
         };
         let tables = root.tables("log")?;
-        if tables.is_empty() || tables.len() > MOST_LOGS {
-            let expected = format!("from 1 to {MOST_LOGS} [[log]] tables");
+        if tables.is_empty() || tables.len() > PROTOCOL_LOGS_MAX {
+            let expected = format!("from 1 to {PROTOCOL_LOGS_MAX} [[log]] tables");
             return Err(root.wrong("log", &expected, "Each [[log]] is one log to record."));
         }
         let mut logs: Vec<PlannedLog> = Vec::with_capacity(tables.len());
@@ -247,7 +246,7 @@ impl ProtocolFile {
 }
 
 /// The model that the file names, or that robot and process are.
-fn model(root: &Table<'_>, path: &Path) -> Result<ModelFile, InputError> {
+fn model(root: &TomlTable<'_>, path: &Path) -> Result<ModelFile, InputError> {
     let folder = folder_of(path);
     if root.has("model") {
         for key in ["robot", "process"] {
@@ -268,25 +267,29 @@ fn model(root: &Table<'_>, path: &Path) -> Result<ModelFile, InputError> {
     ModelFile::parse(&text, path)
 }
 
-fn reflectors(table: &Table<'_>) -> Result<[Vector3<f64>; 3], InputError> {
-    const NAMES: [&str; 3] = ["reflector1_m", "reflector2_m", "reflector3_m"];
+fn reflectors(table: &TomlTable<'_>) -> Result<[Vector3<f64>; 3], InputError> {
+    const REFLECTOR_KEYS: [&str; 3] = ["reflector1_m", "reflector2_m", "reflector3_m"];
     /// Least distance of one from the line through the others, m.
-    const SPREAD: f64 = 0.02;
-    table.only(&NAMES)?;
+    const REFLECTOR_SPREAD_MIN: f64 = 0.02;
+    table.only(&REFLECTOR_KEYS)?;
     let mut at = [Vector3::zeros(); 3];
-    for (at, name) in at.iter_mut().zip(NAMES) {
+    for (at, name) in at.iter_mut().zip(REFLECTOR_KEYS) {
         *at = Vector3::from(table.numbers::<3>(name, Bounds::Between(-5.0, 5.0))?);
     }
     let [a, b, c] = at;
     let longest = [b - a, c - a, c - b].iter().map(Vector3::norm).fold(0.0, f64::max);
-    if (b - a).cross(&(c - a)).norm() <= SPREAD * longest {
+    if (b - a).cross(&(c - a)).norm() <= REFLECTOR_SPREAD_MIN * longest {
         let help = "Three reflectors on a line do not tell how the tool is turned.";
-        return Err(table.wrong(NAMES[2], "a point off the line through the other two", help));
+        return Err(table.wrong(
+            REFLECTOR_KEYS[2],
+            "a point off the line through the other two",
+            help,
+        ));
     }
     Ok(at)
 }
 
-fn log(table: &Table<'_>, model: &ModelFile, folder: &Path) -> Result<PlannedLog, InputError> {
+fn log(table: &TomlTable<'_>, model: &ModelFile, folder: &Path) -> Result<PlannedLog, InputError> {
     let name = table.name("name")?;
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     if !name.chars().all(plain) || name.len() > 60 {
@@ -322,7 +325,7 @@ fn log(table: &Table<'_>, model: &ModelFile, folder: &Path) -> Result<PlannedLog
 }
 
 /// Angles within the joints' limits, from degrees.
-fn posture(table: &Table<'_>, model: &ModelFile) -> Result<JointVector<f64>, InputError> {
+fn posture(table: &TomlTable<'_>, model: &ModelFile) -> Result<JointVector<f64>, InputError> {
     let degrees = table.numbers::<JOINTS>("posture_deg", Bounds::Any)?;
     let joints = &model.robot.parameters.joints;
     for (i, (degrees, joint)) in degrees.iter().zip(joints).enumerate() {
@@ -337,15 +340,15 @@ fn posture(table: &Table<'_>, model: &ModelFile) -> Result<JointVector<f64>, Inp
     Ok(JointVector::from(degrees.map(f64::to_radians)))
 }
 
-fn length(table: &Table<'_>, otherwise: f64) -> Result<f64, InputError> {
+fn length(table: &TomlTable<'_>, otherwise: f64) -> Result<f64, InputError> {
     if table.has("length_s") {
-        table.number("length_s", Bounds::Between(0.2, LONGEST))
+        table.number("length_s", Bounds::Between(0.2, PROTOCOL_TIME_MAX))
     } else {
         Ok(otherwise)
     }
 }
 
-fn loads(table: &Table<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
+fn loads(table: &TomlTable<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
     let pause = if table.has("pause_s") {
         table.number("pause_s", Bounds::Between(0.1, 1e5))?
     } else {
@@ -395,7 +398,7 @@ fn loads(table: &Table<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
             return Err(load.wrong_key("centre_m", "`payload_kg` beside it", help));
         }
         let shares = if load.has("shares") {
-            load.list("shares", MOST_ROWS, Bounds::Between(-1.0, 1.0))?
+            load.list("shares", PROTOCOL_ROWS_MAX, Bounds::Between(-1.0, 1.0))?
         } else {
             vec![0.0, 1.0]
         };
@@ -408,7 +411,7 @@ fn loads(table: &Table<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
             rows.push(LoadRow {
                 time,
                 motor,
-                load: Load {
+                load: AppliedLoad {
                     wrench_in_t: Wrench { moment: moment * share, force: force * share },
                     payload: mass,
                     center: if mass > 0.0 { centre } else { Vector3::zeros() },
@@ -417,14 +420,15 @@ fn loads(table: &Table<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
             time += pause;
         }
     }
-    if rows.is_empty() || rows.len() > MOST_ROWS {
-        let expected = format!("[[log.load]] tables with from 1 to {MOST_ROWS} shares together");
+    if rows.is_empty() || rows.len() > PROTOCOL_ROWS_MAX {
+        let expected =
+            format!("[[log.load]] tables with from 1 to {PROTOCOL_ROWS_MAX} shares together");
         return Err(table.wrong("load", &expected, "Each share of a load is a row."));
     }
     Ok(LogPlan::Loads(rows))
 }
 
-fn stop(table: &Table<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
+fn stop(table: &TomlTable<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
     let start = posture(table, model)?;
     let degrees = table.numbers::<JOINTS>("rate_deg_s", Bounds::Any)?;
     let joints = &model.robot.parameters.joints;
@@ -439,17 +443,17 @@ fn stop(table: &Table<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
         let help = "Joints that turn are stopped, and ring.";
         return Err(table.wrong("rate_deg_s", "a joint that turns", help));
     }
-    Ok(LogPlan::Stop { start, rate, lasts: length(table, RINGS)? })
+    Ok(LogPlan::Stop { start, rate, lasts: length(table, RING_DOWN_LENGTH)? })
 }
 
-fn motion(table: &Table<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
+fn motion(table: &TomlTable<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
     if !table.has("waypoint") {
         if table.has("posture_deg") {
             let help = "Without waypoints the motion is random and begins anywhere.";
             return Err(table.wrong_key("posture_deg", "[[log.waypoint]] tables beside it", help));
         }
         return Ok(LogPlan::Wander {
-            lasts: table.number("length_s", Bounds::Between(0.5, LONGEST))?,
+            lasts: table.number("length_s", Bounds::Between(0.5, PROTOCOL_TIME_MAX))?,
         });
     }
     if table.has("length_s") {
@@ -461,11 +465,11 @@ fn motion(table: &Table<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
     for table in table.tables("waypoint")? {
         table.only(&["posture_deg", "takes_s", "dwell_s"])?;
         let to = posture(&table, model)?;
-        let takes = table.number("takes_s", Bounds::Between(0.1, LONGEST))?;
+        let takes = table.number("takes_s", Bounds::Between(0.1, PROTOCOL_TIME_MAX))?;
         let dwell = if table.has("dwell_s") {
-            table.number("dwell_s", Bounds::UpTo(LONGEST))?
+            table.number("dwell_s", Bounds::UpTo(PROTOCOL_TIME_MAX))?
         } else {
-            DWELL
+            MOVE_DWELL
         };
         for (i, joint) in model.robot.parameters.joints.iter().enumerate() {
             let least = (to[i] - from[i]).abs() / (MEAN * joint.max_rate);
@@ -479,14 +483,14 @@ fn motion(table: &Table<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
         waypoints.push(Waypoint { to, takes, dwell });
         from = to;
     }
-    if waypoints.is_empty() || lasts > LONGEST {
-        let expected = format!("waypoints of at most {LONGEST} s together");
+    if waypoints.is_empty() || lasts > PROTOCOL_TIME_MAX {
+        let expected = format!("waypoints of at most {PROTOCOL_TIME_MAX} s together");
         return Err(table.wrong("waypoint", &expected, "Record a longer motion as several logs."));
     }
     Ok(LogPlan::Moves { start, waypoints })
 }
 
-fn weld(table: &Table<'_>, model: &ModelFile, folder: &Path) -> Result<LogPlan, InputError> {
+fn weld(table: &TomlTable<'_>, model: &ModelFile, folder: &Path) -> Result<LogPlan, InputError> {
     let Some(process) = &model.process else {
         let help = "Add `process = \"process.toml\"` at the top of the protocol.";
         return Err(table.wrong_key("weld", "a process for the weld", help));

@@ -83,7 +83,7 @@ impl Recipe {
             }
         }
         if self.registration_per_log != 0.0 {
-            let mut random = Random::new(self.seed, random::REGISTRATION + log);
+            let mut random = Random::new(self.seed, random::REGISTRATION_STREAM + log);
             let deviation = |k| self.registration_per_log * if k < 3 { 1.0 } else { 0.5 };
             let motion = std::array::from_fn(|k: usize| deviation(k) * random.normal());
             effects.push(tracker_registration::effect(motion));
@@ -95,7 +95,7 @@ impl Recipe {
             effects.push(geometry_error::effect(joint, motion));
         }
         if self.geometry_error != 0.0 {
-            let mut random = Random::new(self.seed, random::GEOMETRY);
+            let mut random = Random::new(self.seed, random::GEOMETRY_STREAM);
             effects.extend((0..JOINTS).map(|joint| {
                 geometry_error::effect(
                     joint,
@@ -124,7 +124,7 @@ impl Recipe {
     /// encoder zero (rad), registration per log (m).
     #[must_use]
     pub fn with_nuisance(mut self, stiffness: f64, offset: f64, registration: f64) -> Self {
-        let mut random = Random::new(self.seed, random::NUISANCE);
+        let mut random = Random::new(self.seed, random::NUISANCE_STREAM);
         // Adding zero turns −0 into 0, which is what truth.toml shows.
         self.stiffness_error = std::array::from_fn(|_| stiffness * random.normal() + 0.0);
         self.encoder_offset = std::array::from_fn(|_| offset * random.normal() + 0.0);

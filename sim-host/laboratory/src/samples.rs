@@ -1,6 +1,8 @@
 //! From readings to the recorded table: faults of the sensors, noise, columns.
 
-use crate::instruments::{INSTRUMENTS, Instrument, InstrumentNoise, LogKind, Quantity};
+use crate::instruments::{
+    INSTRUMENTS, InstrumentNoise, ReadQuantity, SimulatedInstrument, SimulatedLogKind,
+};
 use crate::random;
 use crate::recipe::Recipe;
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
@@ -44,7 +46,7 @@ fn pose_deviations(points: &[Vector3<f64>; 3], point: f64) -> [f64; 2] {
 /// A log being recorded.
 #[derive(Debug)]
 pub(crate) struct SampleTable {
-    kind: LogKind,
+    kind: SimulatedLogKind,
     random: Random,
     /// Factor on the noise of every instrument.
     noise: f64,
@@ -57,13 +59,13 @@ pub(crate) struct SampleTable {
 
 impl SampleTable {
     /// An empty table of the log with this number.
-    pub fn new(kind: LogKind, recipe: &Recipe, log: u64) -> Self {
-        let reflectors = recipe.reflectors.filter(|_| kind == LogKind::Static);
+    pub fn new(kind: SimulatedLogKind, recipe: &Recipe, log: u64) -> Self {
+        let reflectors = recipe.reflectors.filter(|_| kind == SimulatedLogKind::Static);
         let mut columns = vec!["t_s"];
         for instrument in Self::instruments(kind) {
             columns.extend(match (instrument.quantity, reflectors) {
-                (Quantity::Position, Some(_)) => &REFLECTOR_COLUMNS,
-                (Quantity::Rotation, Some(_)) => [].as_slice(),
+                (ReadQuantity::Position, Some(_)) => &REFLECTOR_COLUMNS,
+                (ReadQuantity::Rotation, Some(_)) => [].as_slice(),
                 _ => instrument.columns,
             });
         }
@@ -72,14 +74,14 @@ impl SampleTable {
             instruments: recipe.instruments.clone(),
             reflectors,
             kind,
-            random: Random::new(recipe.seed, random::NOISE + log),
+            random: Random::new(recipe.seed, random::NOISE_STREAM + log),
             noise: recipe.noise,
             noise_stated: recipe.noise_stated,
             text: columns.join(",") + "\n",
         }
     }
 
-    fn instruments(kind: LogKind) -> impl Iterator<Item = &'static Instrument> {
+    fn instruments(kind: SimulatedLogKind) -> impl Iterator<Item = &'static SimulatedInstrument> {
         INSTRUMENTS.iter().filter(move |i| i.logs.contains(&kind))
     }
 
@@ -89,32 +91,33 @@ impl SampleTable {
         self.put(format_args!("{:.3}", readings.time));
         for instrument in Self::instruments(self.kind) {
             let values = match instrument.quantity {
-                Quantity::Encoder => readings.encoder.as_slice(),
-                Quantity::LinkEncoder => readings.link_encoder.as_slice(),
-                Quantity::MotorTorque => readings.motor_torque.as_slice(),
-                Quantity::Force => readings.force.as_slice(),
-                Quantity::Moment => readings.moment.as_slice(),
-                Quantity::Position => readings.tcp_position.as_slice(),
-                Quantity::Rotation => readings.tcp_rotation.as_slice(),
+                ReadQuantity::Encoder => readings.encoder.as_slice(),
+                ReadQuantity::LinkEncoder => readings.link_encoder.as_slice(),
+                ReadQuantity::MotorTorque => readings.motor_torque.as_slice(),
+                ReadQuantity::Force => readings.force.as_slice(),
+                ReadQuantity::Moment => readings.moment.as_slice(),
+                ReadQuantity::Position => readings.tcp_position.as_slice(),
+                ReadQuantity::Rotation => readings.tcp_rotation.as_slice(),
             };
             let deviation = self.noise * self.instruments.of(instrument);
             if let Some(reflectors) = self.reflectors {
                 match instrument.quantity {
-                    Quantity::Position => {
+                    ReadQuantity::Position => {
                         self.record_points(&readings, &reflectors, deviation, instrument.digits);
                         continue;
                     }
-                    Quantity::Rotation => continue,
+                    ReadQuantity::Rotation => continue,
                     _ => {}
                 }
             }
             let mut noisy = [0.0; 6];
             let count = instrument.columns.len();
             for (noisy, value) in noisy.iter_mut().zip(values).take(count) {
-                let exact = if instrument.quantity == Quantity::Rotation { 0.0 } else { *value };
+                let exact =
+                    if instrument.quantity == ReadQuantity::Rotation { 0.0 } else { *value };
                 *noisy = exact + deviation * self.random.normal();
             }
-            if instrument.quantity == Quantity::Rotation {
+            if instrument.quantity == ReadQuantity::Rotation {
                 // The noise is a small rotation of the tool in its own axes.
                 let error = rotation_from_vector(&Vector3::from_column_slice(&noisy[..3]));
                 let turned = rotation_from_vector(&readings.tcp_rotation) * error;
@@ -167,11 +170,11 @@ impl SampleTable {
             for instrument in Self::instruments(self.kind) {
                 let mut deviation = self.noise * self.instruments.of(instrument);
                 if let Some(reflectors) = &self.reflectors {
-                    let point = self.noise * self.instruments.of_quantity(Quantity::Position);
+                    let point = self.noise * self.instruments.of_quantity(ReadQuantity::Position);
                     let [rotation, position] = pose_deviations(reflectors, point);
                     match instrument.quantity {
-                        Quantity::Position => deviation = position,
-                        Quantity::Rotation => deviation = rotation,
+                        ReadQuantity::Position => deviation = position,
+                        ReadQuantity::Rotation => deviation = rotation,
                         _ => {}
                     }
                 }

@@ -19,7 +19,7 @@ pub struct Unsettled {
 
 /// A load hung on or pressed against the tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Load {
+pub(crate) struct AppliedLoad {
     /// At the TCP, in T: what the force sensor sees.
     pub wrench_in_t: Wrench<f64>,
     /// Mass hung on the flange, kg.
@@ -28,7 +28,7 @@ pub(crate) struct Load {
     pub center: Vector3<f64>,
 }
 
-impl Load {
+impl AppliedLoad {
     pub fn none() -> Self {
         Self { wrench_in_t: Wrench::zero(), payload: 0.0, center: Vector3::zeros() }
     }
@@ -63,7 +63,7 @@ impl Load {
 /// Share of K that holds the links where they come from: what the dampers do in a slow motion. A
 /// link that hangs free in a gap stays at the end that it was left at; elsewhere it shifts an
 /// equilibrium by picometres a micrometre.
-const HELD: f64 = 1e-6;
+const HOLDING_STIFFNESS_SHARE: f64 = 1e-6;
 
 /// Share of a joint's largest torque with which a link presses on when its motor stops: enough to
 /// cross a gap.
@@ -80,7 +80,7 @@ fn balanced(
     carried: impl Fn(&Drives) -> JointVector<f64>,
     wrench: impl Fn(&Frames<f64>) -> Wrench<f64>,
 ) -> Result<JointVector<f64>, Unsettled> {
-    const SLOPE: f64 = 1e-8;
+    const SLOPE_STEP_OF_BALANCE: f64 = 1e-8;
     let robot = &cell.robot;
     // In units in which every spring is 1.
     let unit = robot.model.stiffness().map(f64::sqrt);
@@ -91,7 +91,7 @@ fn balanced(
         let load = wrench(&robot.model.frames(&link));
         let frames = robot.frames(&link, &load, time);
         let (_, bias) = robot.model.equation_of_motion(&frames, &motor.rate, &load);
-        let held = robot.model.stiffness().component_mul(&(link - near)) * HELD;
+        let held = robot.model.stiffness().component_mul(&(link - near)) * HOLDING_STIFFNESS_SHARE;
         (carried(&drives) + pushed - bias - held).component_div(&unit)
     };
     let mut at = (near - motor.angle).component_mul(&unit);
@@ -100,7 +100,7 @@ fn balanced(
     for _ in 0..2000 {
         let slope = Matrix6::from_columns(&std::array::from_fn::<_, JOINTS, _>(|i| {
             let mut by = JointVector::zeros();
-            by[i] = SLOPE * unit[i];
+            by[i] = SLOPE_STEP_OF_BALANCE * unit[i];
             (left(&(at + by)) - left(&(at - by))) / (2.0 * by[i])
         }));
         let (normal, descent) = (slope.tr_mul(&slope), slope.tr_mul(&rest));
@@ -162,7 +162,7 @@ fn at_rest(angle: &JointVector<f64>) -> Motor {
 pub(crate) struct StaticArm<'a> {
     cell: &'a Cell,
     motor: JointVector<f64>,
-    load: Load,
+    load: AppliedLoad,
     link: JointVector<f64>,
     internal: [f64; INTERNAL_STATES],
     /// True where the way matters.
@@ -173,7 +173,7 @@ impl<'a> StaticArm<'a> {
     /// At rest, unloaded, effects' own states at zero, having come from angles of 0.
     pub fn new(cell: &'a Cell, motor: &JointVector<f64>) -> Result<Self, Unsettled> {
         let internal = [0.0; INTERNAL_STATES];
-        let load = Load::none();
+        let load = AppliedLoad::none();
         let link = settled(cell, &at_rest(motor), motor)?;
         let remembers = cell.robot.ports.memories() > 0;
         Ok(Self { cell, motor: *motor, load, link, internal, remembers })
@@ -183,7 +183,7 @@ impl<'a> StaticArm<'a> {
     pub fn lead(
         &mut self,
         motor: &JointVector<f64>,
-        load: &Load,
+        load: &AppliedLoad,
         time: f64,
     ) -> Result<(), Unsettled> {
         let (motor_before, load_before) = (self.motor, self.load);
@@ -211,7 +211,7 @@ impl<'a> StaticArm<'a> {
     fn step(
         &mut self,
         motor: &JointVector<f64>,
-        load: &Load,
+        load: &AppliedLoad,
         pushed: &JointVector<f64>,
         time: f64,
     ) -> Result<(), Unsettled> {
@@ -230,7 +230,7 @@ impl<'a> StaticArm<'a> {
     /// Effects' own states after the twists have gone evenly from here to those of `to`.
     fn carried_along(&self, to: &Drives) -> [f64; INTERNAL_STATES] {
         /// Parts of a way, at least; over each a state takes a step that is not larger than itself.
-        const PARTS: f64 = 4.0;
+        const WAY_PARTS_MIN: f64 = 4.0;
         let mut state = SVector::from(self.internal);
         if !self.remembers {
             return self.internal;
@@ -247,7 +247,7 @@ impl<'a> StaticArm<'a> {
             SVector::from(rates)
         };
         let steepest = (slope(&state) - slope(&state.add_scalar(1.0))).amax();
-        let parts = PARTS.max(steepest.ceil());
+        let parts = WAY_PARTS_MIN.max(steepest.ceil());
         for _ in 0..parts as usize {
             state += runge_kutta(&state, 1.0 / parts, |_, s| slope(s));
         }

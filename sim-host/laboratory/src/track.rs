@@ -23,7 +23,7 @@ pub(crate) struct Instant {
 
 /// The truth over time, evenly sampled.
 #[derive(Debug)]
-pub(crate) struct Track {
+pub(crate) struct TruthTrack {
     /// Time of the first sample, s.
     pub start: f64,
     /// Time between samples, s.
@@ -32,7 +32,7 @@ pub(crate) struct Track {
     pub instants: Vec<Instant>,
 }
 
-impl Track {
+impl TruthTrack {
     /// The truth at any time, by the cubic through the four samples around it; as it was at the
     /// ends beyond them.
     fn at(&self, time: f64) -> Instant {

@@ -1,7 +1,7 @@
 //! The log of one weld that was just made, as a campaign folder of its own: what `compare`,
 //! `diagnose` and `improve` take.
 
-use crate::instruments::LogKind;
+use crate::instruments::SimulatedLogKind;
 use crate::logs::write_weld;
 use crate::recipe::Recipe;
 use crate::samples::SampleTable;
@@ -56,7 +56,7 @@ impl WeldLog<'_> {
     ) -> io::Result<()> {
         self.write_campaign(folder)?;
         let recipe = Recipe::plain(recording.seed);
-        let table = SampleTable::new(LogKind::Weld, &recipe, 1);
+        let table = SampleTable::new(SimulatedLogKind::Weld, &recipe, 1);
         write_weld(table, recording, cell, spindle, (&folder.join(LOG), self.weld))
     }
 

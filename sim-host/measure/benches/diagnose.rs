@@ -15,10 +15,10 @@ fn benches(criterion: &mut Criterion) {
     let (model, logs) = read_logs(&[folder.into()]).unwrap();
     let file = ModelFile::read(model.unwrap()).unwrap();
     let model = baseline(&file);
-    let bench = FitProblem::new(&file, experiments(&logs, &model).unwrap());
+    let problem = FitProblem::new(&file, experiments(&logs, &model).unwrap());
 
     let mut group = criterion.benchmark_group("log");
-    for (log, experiment) in logs.iter().zip(&bench.experiments) {
+    for (log, experiment) in logs.iter().zip(&problem.logs) {
         if ["static", "ring-14", "free", "weld-1"].contains(&log.name.as_str()) {
             group.bench_function(format!("predict {}, {}", log.kind, log.name), |b| {
                 b.iter(|| black_box(experiment.predict(&model, &[], None).unwrap()));
@@ -35,10 +35,10 @@ fn benches(criterion: &mut Criterion) {
     // Calibrations, screening of every effect at every place, full fits of the best, and the
     // verdict; all cores.
     group.bench_function("diagnose", |b| {
-        b.iter(|| black_box(diagnose(&bench, &logs, &|_, _| {}).unwrap()))
+        b.iter(|| black_box(diagnose(&problem, &logs, &|_, _| {}).unwrap()))
     });
     group.bench_function("improve", |b| {
-        b.iter(|| black_box(improve(&bench, &logs, None, &|_, _| {}).unwrap()))
+        b.iter(|| black_box(improve(&problem, &logs, None, &|_, _| {}).unwrap()))
     });
     group.finish();
 }

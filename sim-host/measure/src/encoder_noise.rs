@@ -11,45 +11,45 @@
 use crate::data::log::Log;
 use crate::data::noise::{NoiseLevels, instruments};
 use crate::fit::{self, FitProblem, Fitted, Linear, Slopes};
-use crate::predict::{Experiment, PredictError};
+use crate::predict::{PredictError, PreparedLog};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trueweld_plant::random::Random;
 
 /// Draws: a deviation is known to an eighth of itself by them. Where time is up, to a quarter by fewer.
 const DRAWS: u64 = 32;
-const FEWEST: u64 = 8;
+const COUNTED_DRAWS_MIN: u64 = 8;
 
 /// Covariance that it adds to values that were fitted, in the fit's units. `logs`: those that the
-/// bench's experiments were made of; `prior`: the priors' curvature.
+/// problem's logs were made of; `prior`: the priors' curvature.
 ///
 /// # Errors
 /// [`PredictError`] where a log cannot be driven with other noise.
 pub fn covariance(
-    bench: &FitProblem,
+    problem: &FitProblem,
     logs: &[Log],
     fitted: &Fitted,
     prior: &DMatrix<f64>,
 ) -> Result<DMatrix<f64>, PredictError> {
-    let (levels, blocks) = (instruments(logs), fit::blocks_of(bench));
+    let (levels, blocks) = (instruments(logs), fit::blocks_of(problem));
     let slopes: Vec<&Slopes> = fitted.slopes.iter().collect();
     let nowhere = DVector::zeros(slopes.len());
     let step = |draw: u64| -> Result<DVector<f64>, PredictError> {
         let experiment = |(number, (log, levels)): (usize, (&Log, &NoiseLevels))| {
             let random = Random::new(draw, number as u64);
-            Experiment::new(&noisier(log, levels, random), levels, &bench.model)
+            PreparedLog::new(&noisier(log, levels, random), levels, &problem.model)
         };
         let again = logs.iter().zip(&levels).enumerate().map(experiment);
-        let again = bench.on(again.collect::<Result<_, _>>()?);
+        let again = problem.on(again.collect::<Result<_, _>>()?);
         let mut change = fit::residuals(&again, &fitted.point)?;
         for (log, change) in change.iter_mut().enumerate() {
-            let [now, before] = [&again, bench].map(|of| &of.experiments[log].compared);
+            let [now, before] = [&again, problem].map(|of| &of.logs[log].compared);
             // Where a row counts no more, the log says nothing of it.
             if now.len() != before.len() {
                 change.residual = vec![0.0; before.len()];
                 continue;
             }
-            let own = fitted.at[log].residual.iter().zip(now.iter().zip(before));
+            let own = fitted.residuals[log].residual.iter().zip(now.iter().zip(before));
             for (residual, (own, (now, before))) in change.residual.iter_mut().zip(own) {
                 *residual = *residual * (now.deviation / before.deviation) - own;
             }
@@ -57,7 +57,8 @@ pub fn covariance(
         let linear = Linear::new(&blocks, &change, &slopes, prior.clone(), nowhere.clone());
         Ok(linear.solve(None, 0.0, None).map_or_else(|| nowhere.clone(), |step| step.step))
     };
-    let drawn = (0..DRAWS).into_par_iter().filter(|draw| *draw < FEWEST || !bench.is_late());
+    let drawn =
+        (0..DRAWS).into_par_iter().filter(|draw| *draw < COUNTED_DRAWS_MIN || !problem.is_late());
     let steps: Vec<DVector<f64>> = drawn.map(step).collect::<Result<_, _>>()?;
     let zero = DMatrix::zeros(slopes.len(), slopes.len());
     let sum = steps.iter().fold(zero, |sum, step| sum + step * step.transpose());

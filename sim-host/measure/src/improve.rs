@@ -8,16 +8,17 @@
 
 use crate::data::log::Log;
 use crate::diagnose::{
-    self, Context, Diagnosis, FittedEffect, HeldOutGain, Progress, Undone, Verdict, fits_anything,
-    further, longest_weld, refit, rules, score, sparse,
+    self, Diagnosis, DiagnosisVerdict, FittedEffect, HeldOutGain, Incomplete, ProgressCallback,
+    SearchContext, add_each_effect, fits_anything, longest_weld, refit, rules, score,
+    select_calibrations,
 };
 use crate::discover::{self, Discovery, discover};
 use crate::fit::calibration::{self, is_calibration};
 use crate::fit::per_log;
 use crate::fit::{
-    self, Effort, FitProblem, FitState, Fitted, PerLogEffect, Residuals, SortedEffects,
+    self, FitProblem, FitState, Fitted, PerLogEffect, Residuals, SolverOptions, SortedEffects,
 };
-use crate::predict::{Experiment, PredictError};
+use crate::predict::{PredictError, PreparedLog};
 use crate::residuals::compare::{LogComparison, Notice, of_each_log, of_logs};
 use crate::residuals::localize::localize;
 use trueweld_core::JointVector;
@@ -29,7 +30,7 @@ use trueweld_plant::robot::ElasticRobot;
 
 /// One accepted step.
 #[derive(Debug, Clone)]
-pub struct Step {
+pub struct ImprovementStep {
     /// What was added; nothing at the start and where only the calibration changed.
     pub added: Vec<FittedEffect>,
     /// Every effect of the model at this step, with the values refitted there.
@@ -74,11 +75,11 @@ pub enum Rejection {
 #[derive(Debug)]
 pub struct Improvement {
     /// Accepted steps, the model as it was given first.
-    pub steps: Vec<Step>,
+    pub steps: Vec<ImprovementStep>,
     /// What was tried and not kept.
     pub rejected: Vec<Rejected>,
     /// What is to say of the improved model.
-    pub verdict: Verdict,
+    pub verdict: DiagnosisVerdict,
     /// Laws outside the library that were found.
     pub discovered: Vec<Discovery>,
     /// The diagnosis it rests on; what stays unexplained is that of the improved model.
@@ -91,26 +92,26 @@ pub struct Improvement {
 
 impl Improvement {
     /// The model as it was given.
-    pub fn first(&self) -> &Step {
+    pub fn first(&self) -> &ImprovementStep {
         &self.steps[0]
     }
 
     /// The improved model.
-    pub fn last(&self) -> &Step {
+    pub fn last(&self) -> &ImprovementStep {
         &self.steps[self.steps.len() - 1]
     }
 
     /// True where the model stays as it was given because what was fitted predicts worse where
     /// nothing was fitted.
     pub fn is_worse_elsewhere(&self) -> bool {
-        let most = self.first().held_out * (1.0 + LEAST);
+        let most = self.first().held_out * (1.0 + IMPROVEMENT_MIN);
         let worse = |step: &Rejected| step.held_out > most;
         self.steps.len() == 1 && self.rejected.iter().any(worse)
     }
 
     /// Effects that the data do not tell from those of a step; none where it is not the explanation
     /// of the diagnosis.
-    pub fn others(&self, step: &Step) -> Vec<&Effect> {
+    pub fn others(&self, step: &ImprovementStep) -> Vec<&Effect> {
         let place = |f: &FittedEffect| (f.effect.kind.id, f.effect.at);
         let candidates = &self.diagnosis.candidates;
         let same = |best: &&diagnose::Candidate| {
@@ -127,18 +128,18 @@ pub struct HeldOut {
     /// Effects of the model as it was given.
     given: Vec<ModelEffect>,
     /// The baseline over these logs.
-    bench: FitProblem,
+    problem: FitProblem,
     /// Their names.
     names: Vec<String>,
 }
 
 impl HeldOut {
     /// Logs to judge a model by, and the experiments made of them.
-    pub fn new(file: &ModelFile, logs: &[Log], experiments: Vec<Experiment>) -> Self {
+    pub fn new(file: &ModelFile, logs: &[Log], experiments: Vec<PreparedLog>) -> Self {
         let (known, per_log, own) = (Vec::new(), Vec::new(), Vec::new());
-        let bench = FitProblem { known, per_log, own, ..FitProblem::new(file, experiments) };
+        let problem = FitProblem { known, per_log, own, ..FitProblem::new(file, experiments) };
         let given = file.effects.clone();
-        Self { given, bench, names: logs.iter().map(|l| l.name.clone()).collect() }
+        Self { given, problem, names: logs.iter().map(|l| l.name.clone()).collect() }
     }
 
     /// These logs under the model with what was found beside the given: what each of them has of its
@@ -147,9 +148,9 @@ impl HeldOut {
         &self,
         found: impl Iterator<Item = &'f FittedEffect>,
     ) -> Result<(Vec<PerLogEffect>, FitState, Residuals), PredictError> {
-        let (effects, _) = model_effects(&self.given, found, &self.bench);
+        let (effects, _) = model_effects(&self.given, found, &self.problem);
         let SortedEffects { known, per_log, .. } = SortedEffects::new(&effects, None);
-        let (point, at) = per_log::fitted(&self.bench, &per_log, known)?;
+        let (point, at) = per_log::fitted(&self.problem, &per_log, known)?;
         Ok((per_log, point, at))
     }
 
@@ -161,15 +162,15 @@ impl HeldOut {
     pub fn compare(
         &self,
         logs: &[Log],
-        step: &Step,
+        step: &ImprovementStep,
     ) -> Result<(Vec<LogComparison>, Vec<Notice>), PredictError> {
         let (per_log, point, at) = self.predict(step.found())?;
         let own = logs.first().map(|log| of_each_log(&log.robot, logs, &per_log, &point));
-        Ok((of_logs(logs, &self.bench.experiments, &at), own.unwrap_or_default()))
+        Ok((of_logs(logs, &self.problem.logs, &at), own.unwrap_or_default()))
     }
 }
 
-impl Step {
+impl ImprovementStep {
     /// All that was fitted.
     fn found(&self) -> impl Iterator<Item = &FittedEffect> {
         self.effects.iter().chain(&self.calibration)
@@ -177,43 +178,43 @@ impl Step {
 }
 
 /// Steps at most, the first not counted.
-const MOST: usize = 8;
+const IMPROVEMENT_STEPS_MAX: usize = 8;
 
 /// Fall of the held-out score by less than this share is no improvement.
-const LEAST: f64 = 2e-3;
+const IMPROVEMENT_MIN: f64 = 2e-3;
 
 /// Share by which the squared errors of the channels must fall on average, each in what it was,
 /// where the score as a whole, which the worst channel rules, hardly sees it.
 const LEAST_BY_CHANNEL: f64 = 0.02;
 
-/// Improves the bench's model. `logs`: those that its experiments were made of; `held_out`: where
+/// Improves the problem's model. `logs`: those that its logs were made of; `held_out`: where
 /// every step is judged, in place of blocks in time of the same logs.
 ///
 /// # Errors
 /// [`PredictError`] where the model as given cannot be driven through the logs.
 pub fn improve(
-    bench: &FitProblem,
+    problem: &FitProblem,
     logs: &[Log],
     held_out: Option<&HeldOut>,
-    progress: Progress<'_>,
+    progress: ProgressCallback<'_>,
 ) -> Result<Improvement, PredictError> {
     let mut diagnosis =
-        diagnose::diagnose(bench, logs, &|what, share| progress(what, 0.6 * share))?;
+        diagnose::diagnose(problem, logs, &|what, share| progress(what, 0.6 * share))?;
     let discovered =
-        discover(bench, logs, &mut diagnosis, &|what, share| progress(what, 0.6 + 0.1 * share));
-    let blocks = fit::blocks_of(bench);
+        discover(problem, logs, &mut diagnosis, &|what, share| progress(what, 0.6 + 0.1 * share));
+    let blocks = fit::blocks_of(problem);
     let at_held_out = held_out.map(|h| h.predict(std::iter::empty())).transpose()?;
     let at_held_out = at_held_out.map(|(.., at)| at);
     let start = at_held_out.as_ref().map_or(diagnosis.score_before, score);
-    let baseline = Step {
+    let baseline = ImprovementStep {
         added: Vec::new(),
         effects: Vec::new(),
         calibration: Vec::new(),
         score: diagnosis.score_before,
         held_out: start,
     };
-    let mut path = Path {
-        bench,
+    let mut path = ImprovementPath {
+        problem,
         logs,
         blocks: &blocks,
         held_out,
@@ -231,7 +232,7 @@ pub fn improve(
         let kept = if alone {
             diagnosis.improved.clone()
         } else {
-            sparse(bench, &blocks, &diagnosis.null).0
+            select_calibrations(problem, &blocks, &diagnosis.null).0
         };
         path.try_step(kept, Some(&diagnosis.null));
     }
@@ -245,27 +246,34 @@ pub fn improve(
         progress("adding what was found", 0.75 + 0.05 * k as f64);
         // The last of them is what the diagnosis keeps.
         let last = k + 1 == diagnosis.chosen.len();
-        let kept = if last { diagnosis.improved.clone() } else { sparse(bench, &blocks, full).0 };
+        let kept = if last {
+            diagnosis.improved.clone()
+        } else {
+            select_calibrations(problem, &blocks, full).0
+        };
         path.try_step(kept, Some(full));
     }
     // A partial explanation is carried on as far as it goes.
-    let mut further = false;
-    while diagnosis.verdict == Verdict::UnknownEffect
-        && path.steps.len() <= MOST
-        && !bench.is_late()
+    let mut has_more = false;
+    while diagnosis.verdict == DiagnosisVerdict::UnknownEffect
+        && path.steps.len() <= IMPROVEMENT_STEPS_MAX
+        && !problem.is_late()
     {
-        progress("looking for more", 0.85 + 0.15 * path.steps.len() as f64 / MOST as f64);
-        if !path.further(longest_weld(logs)) {
+        progress(
+            "looking for more",
+            0.85 + 0.15 * path.steps.len() as f64 / IMPROVEMENT_STEPS_MAX as f64,
+        );
+        if !path.add_effect(longest_weld(logs)) {
             break;
         }
-        further = true;
+        has_more = true;
     }
-    if let Some(mut whole) = path.reached.clone().filter(|_| further) {
+    if let Some(mut whole) = path.reached.clone().filter(|_| has_more) {
         // What was found one after the other, fitted together.
-        refit(bench, &blocks, &mut whole, Effort::full(0));
+        refit(problem, &blocks, &mut whole, SolverOptions::full(0));
         path.try_step(whole, None);
     }
-    let Path { steps, rejected, mut discovered, reached, .. } = path;
+    let ImprovementPath { steps, rejected, mut discovered, reached, .. } = path;
     // Those that the improved model has, with its values: all were fitted together once more.
     discovered.retain_mut(|law| {
         let own = &law.effect.effect;
@@ -276,25 +284,25 @@ pub fn improve(
     });
     let verdict = match &reached {
         Some(fitted)
-            if diagnosis.verdict == Verdict::UnknownEffect
+            if diagnosis.verdict == DiagnosisVerdict::UnknownEffect
                 && discovered.is_empty()
-                && rules::at_floor(bench, &fitted.at)
-                && !fits_anything(bench, fitted) =>
+                && rules::within_noise(problem, &fitted.residuals)
+                && !fits_anything(problem, fitted) =>
         {
             // Where only calibrations were kept, nothing else was missing.
             match steps.iter().all(|step| step.added.is_empty()) {
-                true => Verdict::Adequate,
-                false => Verdict::EffectFound,
+                true => DiagnosisVerdict::Adequate,
+                false => DiagnosisVerdict::EffectFound,
             }
         }
         _ => diagnosis.verdict,
     };
-    if let Some(fitted) = reached.as_ref().filter(|f| !rules::at_floor(bench, &f.at)) {
-        diagnosis.unexplained = localize(&bench.experiments, &fitted.at, logs);
+    if let Some(fitted) = reached.as_ref().filter(|f| !rules::within_noise(problem, &f.residuals)) {
+        diagnosis.unexplained = localize(&problem.logs, &fitted.residuals, logs);
     }
-    let told = diagnosis.undone.iter().any(|undone| matches!(undone, Undone::Further));
-    if bench.is_late() && verdict == Verdict::UnknownEffect && !told {
-        diagnosis.undone.push(Undone::Further);
+    let told = diagnosis.incomplete.iter().any(|undone| matches!(undone, Incomplete::Further));
+    if problem.is_late() && verdict == DiagnosisVerdict::UnknownEffect && !told {
+        diagnosis.incomplete.push(Incomplete::Further);
     }
     let held_out_logs = held_out.map_or(Vec::new(), |h| h.names.clone());
     let fitted = reached;
@@ -317,14 +325,14 @@ fn added(before: &[FittedEffect], now: &[FittedEffect]) -> Vec<FittedEffect> {
 }
 
 /// The steps taken so far, and what they are judged by.
-struct Path<'a> {
-    bench: &'a FitProblem,
+struct ImprovementPath<'a> {
+    problem: &'a FitProblem,
     logs: &'a [Log],
     blocks: &'a [Vec<u8>],
     held_out: Option<&'a HeldOut>,
     /// Residuals of the model as it was given.
     given: &'a Residuals,
-    steps: Vec<Step>,
+    steps: Vec<ImprovementStep>,
     rejected: Vec<Rejected>,
     discovered: Vec<Discovery>,
     /// Residuals of the logs held out under the model reached.
@@ -334,7 +342,7 @@ struct Path<'a> {
     reached: Option<Fitted>,
 }
 
-impl Path<'_> {
+impl ImprovementPath<'_> {
     /// Takes a step to a fit if it is one forward. `full`: the fit with every calibration free, of
     /// which this keeps those that count; intervals allow for the others where it is there.
     fn try_step(&mut self, fitted: Fitted, full: Option<&Fitted>) -> bool {
@@ -345,8 +353,8 @@ impl Path<'_> {
     /// channel weighed alike. Fits to blocks left out have shown that before.
     fn try_step_by(&mut self, fitted: Fitted, full: Option<&Fitted>, by_channel: bool) -> bool {
         let all = match full {
-            Some(full) => diagnose::found_beside(self.bench, &fitted, full, |_| true),
-            None => diagnose::found_by_what_is_left(self.bench, self.blocks, &fitted),
+            Some(full) => diagnose::found_beside(self.problem, &fitted, full, |_| true),
+            None => diagnose::found_by_what_is_left(self.problem, self.blocks, &fitted),
         };
         let (calibration, effects): (Vec<FittedEffect>, Vec<FittedEffect>) =
             all.into_iter().partition(|f| is_calibration(f.effect.kind));
@@ -354,10 +362,10 @@ impl Path<'_> {
         let before = self.steps.last().map_or(f64::INFINITY, |s| s.held_out);
         let given = self.steps.first().map_or(f64::INFINITY, |s| s.held_out);
         // Blocks in time of a log tell what that log is like; another one may be otherwise.
-        let logs = self.bench.experiments.len();
+        let logs = self.problem.logs.len();
         let other_logs = if self.held_out.is_none() && logs > 1 {
-            let squares = fitted.held_out_logs(self.bench);
-            (squares / fit::count(&fitted.at).max(1) as f64).sqrt()
+            let squares = fitted.held_out_logs(self.problem);
+            (squares / fit::count(&fitted.residuals).max(1) as f64).sqrt()
         } else {
             f64::NEG_INFINITY
         };
@@ -368,7 +376,8 @@ impl Path<'_> {
             .map(|at| at.map(|(.., at)| at));
         let judged = at_held_out.as_ref().map(|at| match (self.held_out, at, &self.at_held_out) {
             (Some(held_out), Some(at), Some(before)) => {
-                let falls = change_by_channel(&held_out.bench, before, at) < 1.0 - LEAST_BY_CHANNEL;
+                let falls =
+                    change_by_channel(&held_out.problem, before, at) < 1.0 - LEAST_BY_CHANNEL;
                 (score(at), falls)
             }
             _ => (rules::held_out_score(&fitted), true),
@@ -376,12 +385,14 @@ impl Path<'_> {
         let (held_out, why) = match judged {
             Err(_) => (f64::NAN, Some(Rejection::NotPredicted)),
             Ok((score, falls))
-                if score > before * (1.0 - LEAST)
-                    && !(by_channel && falls && score < before.min(given) * (1.0 + LEAST)) =>
+                if score > before * (1.0 - IMPROVEMENT_MIN)
+                    && !(by_channel
+                        && falls
+                        && score < before.min(given) * (1.0 + IMPROVEMENT_MIN)) =>
             {
                 (score, Some(Rejection::NoGain))
             }
-            Ok(_) if other_logs > self.other_logs * (1.0 + LEAST) => {
+            Ok(_) if other_logs > self.other_logs * (1.0 + IMPROVEMENT_MIN) => {
                 (other_logs, Some(Rejection::OtherLogsWorse))
             }
             Ok((score, _))
@@ -389,7 +400,7 @@ impl Path<'_> {
             {
                 (score, Some(Rejection::NotShown))
             }
-            Ok((score, _)) if !stable(self.bench, self.logs, &fitted.point) => {
+            Ok((score, _)) if !stable(self.problem, self.logs, &fitted.point) => {
                 (score, Some(Rejection::Unstable))
             }
             Ok((score, _)) => (score, None),
@@ -397,11 +408,11 @@ impl Path<'_> {
         match why {
             Some(why) => self.rejected.push(Rejected { added, held_out, why }),
             None => {
-                self.steps.push(Step {
+                self.steps.push(ImprovementStep {
                     added,
                     effects,
                     calibration,
-                    score: score(&fitted.at),
+                    score: score(&fitted.residuals),
                     held_out,
                 });
                 self.at_held_out = at_held_out.ok().flatten();
@@ -421,23 +432,23 @@ impl Path<'_> {
         added: &[FittedEffect],
         at_held_out: &Result<Option<Residuals>, PredictError>,
     ) -> bool {
-        let before = self.reached.as_ref().map_or(self.given, |reached| &reached.at);
+        let before = self.reached.as_ref().map_or(self.given, |reached| &reached.residuals);
         let plain = |at: &Residuals| at.iter().map(|log| log.residual.clone()).collect();
         let gain = match (self.held_out, at_held_out, &self.at_held_out) {
-            (Some(HeldOut { bench, .. }), Ok(Some(after)), Some(before)) => {
-                let blocks = fit::blocks_of(bench);
-                let owed = rules::owed(before, after);
-                HeldOutGain::of(bench, &blocks, &[plain(before), plain(after)], owed)
+            (Some(HeldOut { problem, .. }), Ok(Some(after)), Some(before)) => {
+                let blocks = fit::blocks_of(problem);
+                let owed = rules::prior_penalty(before, after);
+                HeldOutGain::of(problem, &blocks, &[plain(before), plain(after)], owed)
             }
             _ => {
                 let left = |fitted: &Fitted| fitted.residuals_from_others(self.blocks);
                 let left_before = self.reached.as_ref().map_or_else(|| plain(before), left);
-                let owed = rules::owed(before, &fitted.at);
-                HeldOutGain::of(self.bench, self.blocks, &[left_before, left(fitted)], owed)
+                let owed = rules::prior_penalty(before, &fitted.residuals);
+                HeldOutGain::of(self.problem, self.blocks, &[left_before, left(fitted)], owed)
             }
         };
         (full.is_some() || added.iter().all(FittedEffect::is_told_from_nothing))
-            && rules::stands_out(self.bench, before, &fitted.at)
+            && rules::exceeds_noise(self.problem, before, &fitted.residuals)
             && gain.is_more_than_chance()
     }
 
@@ -445,31 +456,36 @@ impl Path<'_> {
     /// has none a law outside it. What no model explains yet is no noise that instruments state:
     /// every channel is weighed by what is left in it, so that the worst does not hide the others,
     /// and the values found before stay, so that none is spent on it.
-    fn further(&mut self, length: f64) -> bool {
-        let empty = FitState::empty(self.bench.experiments.len());
+    fn add_effect(&mut self, length: f64) -> bool {
+        let empty = FitState::empty(self.problem.logs.len());
         let point = self.reached.as_ref().map_or(empty, |f| f.point.clone());
         let held = FitState { free: Vec::new(), ..point.clone() };
-        let nothing_free = Effort::steps(0, 0);
-        let Ok(plain) = fit::fit(self.bench, &held, self.blocks, &[], nothing_free) else {
+        let nothing_free = SolverOptions::steps(0, 0);
+        let Ok(plain) = fit::fit(self.problem, &held, self.blocks, &[], nothing_free) else {
             return false;
         };
-        if rules::at_floor(self.bench, &plain.at) {
+        if rules::within_noise(self.problem, &plain.residuals) {
             return false;
         }
-        let inflated = diagnose::inflate_noise(self.bench, &plain.at);
+        let inflated = diagnose::inflate_noise(self.problem, &plain.residuals);
         let Ok(null) = fit::fit(&inflated, &held, self.blocks, &[], nothing_free) else {
             return false;
         };
-        let ground =
-            Context { bench: &inflated, blocks: self.blocks, null: &null, given: &null, length };
-        let Self { bench, logs, blocks, .. } = *self;
+        let ctx = SearchContext {
+            problem: &inflated,
+            blocks: self.blocks,
+            null: &null,
+            given: &null,
+            length,
+        };
+        let Self { problem, logs, blocks, .. } = *self;
         let mut takes = |next: &Fitted| {
             let mut whole = next.point.clone();
             whole.free = point.free.iter().chain(&next.point.free).copied().collect();
-            let fitted = fit::fit(bench, &whole, blocks, &[], nothing_free);
+            let fitted = fit::fit(problem, &whole, blocks, &[], nothing_free);
             fitted.is_ok_and(|fitted| self.try_step_by(fitted, None, true))
         };
-        if further(&ground, &null).iter().any(&mut takes) {
+        if add_each_effect(&ctx, &null).iter().any(&mut takes) {
             return true;
         }
         let Some(law) = discover::beside(&inflated, blocks, logs, &null, takes) else {
@@ -483,8 +499,8 @@ impl Path<'_> {
 }
 
 /// Squared errors of the channels after a change, each over what it was, on average by samples.
-fn change_by_channel(bench: &FitProblem, before: &Residuals, after: &Residuals) -> f64 {
-    let (before, after) = (diagnose::parts(bench, before), diagnose::parts(bench, after));
+fn change_by_channel(problem: &FitProblem, before: &Residuals, after: &Residuals) -> f64 {
+    let (before, after) = (diagnose::parts(problem, before), diagnose::parts(problem, after));
     let (mut sum, mut count) = (0.0, 0.0);
     for (channel, was) in &before {
         let now = after.get(channel).map_or(was.square, |part| part.square);
@@ -495,24 +511,29 @@ fn change_by_channel(bench: &FitProblem, before: &Residuals, after: &Residuals) 
 }
 
 /// True where the arm, struck in every joint at a posture of the logs, comes to rest.
-fn stable(bench: &FitProblem, logs: &[Log], point: &FitState) -> bool {
-    const STRUCK: f64 = 1e-3;
-    const PERIOD: f64 = 1e-3;
-    const STEP: f64 = 2.5e-4;
-    let effects: Vec<Effect> = bench.known.iter().chain(&point.all).cloned().collect();
-    let mut process = bench.model.process.clone();
-    let Ok(robot) = ElasticRobot::with_effects(&bench.model.robot, &effects, process.as_mut())
+fn stable(problem: &FitProblem, logs: &[Log], point: &FitState) -> bool {
+    const STRUCK_ARM_RATE: f64 = 1e-3;
+    const STRUCK_ARM_PERIOD: f64 = 1e-3;
+    const STRUCK_ARM_STEP: f64 = 2.5e-4;
+    let effects: Vec<Effect> = problem.known.iter().chain(&point.shared).cloned().collect();
+    let mut process = problem.model.process.clone();
+    let Ok(robot) = ElasticRobot::with_effects(&problem.model.robot, &effects, process.as_mut())
     else {
         return false;
     };
     logs.iter().filter_map(|log| log.samples.encoder.first()).all(|posture| {
-        let Ok(substeps) = substeps(&robot, [*posture], PERIOD, STEP) else { return false };
+        let Ok(substeps) = substeps(&robot, [*posture], STRUCK_ARM_PERIOD, STRUCK_ARM_STEP) else {
+            return false;
+        };
         let mut swinging = DynamicLinks::start(&robot, &Motors::at_rest(*posture), 0.0);
-        let motors = Motors::at_rest(posture + JointVector::repeat(STRUCK));
+        let motors = Motors::at_rest(posture + JointVector::repeat(STRUCK_ARM_RATE));
         // Hardest in the first tenth of two seconds; what is left of it in the last.
         let (mut first, mut last) = (0.0f64, 0.0f64);
         for k in 1..=2000 {
-            if swinging.advance(&robot, &motors, f64::from(k) * PERIOD, substeps).is_err() {
+            if swinging
+                .advance(&robot, &motors, f64::from(k) * STRUCK_ARM_PERIOD, substeps)
+                .is_err()
+            {
                 return false;
             }
             let rate = swinging.drives().link_rate.amax();
@@ -528,7 +549,7 @@ fn stable(bench: &FitProblem, logs: &[Log], point: &FitState) -> bool {
 
 /// Where the values of an effect in an improved model come from.
 #[derive(Debug, Clone)]
-pub enum Origin {
+pub enum EffectOrigin {
     /// The model as it was given.
     Given,
     /// The fit to all logs.
@@ -540,31 +561,31 @@ pub enum Origin {
     Renewed,
 }
 
-/// The improved model as a file, and where each of its effects comes from, in its order. `bench`: of
-/// the logs fitted.
+/// The improved model as a file, and where each of its effects comes from, in its order. `problem`:
+/// of the logs fitted.
 pub fn model_file(
     improvement: &Improvement,
     file: &ModelFile,
-    bench: &FitProblem,
-) -> (ModelFile, Vec<Origin>) {
-    let (effects, origins) = model_effects(&file.effects, improvement.last().found(), bench);
+    problem: &FitProblem,
+) -> (ModelFile, Vec<EffectOrigin>) {
+    let (effects, origins) = model_effects(&file.effects, improvement.last().found(), problem);
     (ModelFile { posterior: None, effects, ..file.clone() }, origins)
 }
 
 /// The effects of a model with what was found beside them, and where each comes from. An
 /// instrument's zero, a registration, how the tool is mounted: these are the log's own, although the
-/// logs fitted may share them. `bench`: of logs that show which instruments there are.
+/// logs fitted may share them. `problem`: of logs that show which instruments there are.
 fn model_effects<'f>(
     given: &[ModelEffect],
     found: impl Iterator<Item = &'f FittedEffect>,
-    bench: &FitProblem,
-) -> (Vec<ModelEffect>, Vec<Origin>) {
-    let mut origins = vec![Origin::Given; given.len()];
+    problem: &FitProblem,
+) -> (Vec<ModelEffect>, Vec<EffectOrigin>) {
+    let mut origins = vec![EffectOrigin::Given; given.len()];
     let mut effects = given.to_vec();
     let is_of_log = |f: &&FittedEffect| f.log.is_some() || is_renewed(&f.effect);
     let (own, common): (Vec<&FittedEffect>, Vec<&FittedEffect>) = found.partition(is_of_log);
     let same = |a: &Effect, b: &Effect| std::ptr::eq(a.kind, b.kind) && a.at == b.at;
-    let mut add = |effect: Effect, scope: Scope, origin: Origin| {
+    let mut add = |effect: Effect, scope: Scope, origin: EffectOrigin| {
         let is_replaced = |e: &ModelEffect| match scope {
             Scope::Log => e.scope == Scope::Log,
             // The user's own that were hypotheses come back with their fitted values.
@@ -584,7 +605,7 @@ fn model_effects<'f>(
         }
     };
     for found in common {
-        add(found.effect.clone(), Scope::Campaign, Origin::Fitted(found.clone()));
+        add(found.effect.clone(), Scope::Campaign, EffectOrigin::Fitted(found.clone()));
     }
     let stated = SortedEffects::new(given, None).per_log;
     for (k, found) in own.iter().enumerate() {
@@ -599,7 +620,7 @@ fn model_effects<'f>(
             .map(|v| all.iter().map(|f| f.effect.values[v]).sum::<f64>() / all.len() as f64)
             .collect();
         let effect = Effect { values: mean, ..found.effect.clone() };
-        add(effect, Scope::Log, Origin::PerLog(all));
+        add(effect, Scope::Log, EffectOrigin::PerLog(all));
     }
     // Whoever zeroes an instrument zeroes it at every joint.
     let kinds = own.iter().filter(|f| is_renewed(&f.effect)).map(|f| f.effect.kind);
@@ -607,10 +628,10 @@ fn model_effects<'f>(
         for other in kind.places().into_iter().map(|at| kind.neutral(at)).filter(is_renewed) {
             let entry = ModelEffect { effect: other, scope: Scope::Log };
             let sorted = SortedEffects::new(std::slice::from_ref(&entry), None);
-            let shows = !calibration::per_log(bench, &sorted.per_log).free.is_empty();
+            let shows = !calibration::per_log(problem, &sorted.per_log).free.is_empty();
             if shows && !effects.iter().any(|e| same(&e.effect, &entry.effect)) {
                 effects.push(entry);
-                origins.push(Origin::Renewed);
+                origins.push(EffectOrigin::Renewed);
             }
         }
     }

@@ -4,7 +4,7 @@
 //!   log folders                         model.toml
 //!       │ data: columns, units, noise       │ plant/input
 //!       ▼                                   ▼
-//!      Log ──► predict::Experiment ◄── Model, Effects
+//!      Log ──► predict::PreparedLog ◄── BaselineModel, Effects
 //!                      │ predict: the plant driven by the log
 //!                      ▼
 //!      Prediction: (measured − predicted)/noise ──► residuals: Comparison, Findings
@@ -69,3 +69,10 @@ pub mod residuals;
 
 /// Standard deviations of half a 95 % interval of a normal distribution.
 pub const HALF_95: f64 = 1.96;
+
+/// Variance inflation of what is fitted to residuals of one channel: they follow each other, and so
+/// many count as one.
+pub const AUTOCORRELATION_INFLATION: f64 = 4.0;
+
+/// A radian counts as so many metres where rotations and positions are weighed together.
+pub(crate) const ROTATION_LENGTH: f64 = 0.5;

@@ -13,7 +13,7 @@ use crate::diagnose::score;
 use crate::encoder_noise;
 use crate::fit::calibration::{in_proportion, is_calibration};
 use crate::fit::covariance::{columns, covariance};
-use crate::fit::{self, EffectScope, Effort, FitProblem, FitState, Fitted, Linear};
+use crate::fit::{self, EffectScope, FitProblem, FitState, Fitted, Linear, SolverOptions};
 use crate::improve::Improvement;
 use crate::predict::PredictError;
 use nalgebra::{DMatrix, DVector};
@@ -34,28 +34,28 @@ pub enum PosteriorError {
 
 /// Deviation of a calibration, as a share of what was expected of it before, up to which it counts as
 /// measured.
-const MEASURED: f64 = 0.5;
+const MEASURED_DEVIATION_MAX: f64 = 0.5;
 
 /// The same of another number of the model, as a share of its plausible range.
 const MEASURED_OF_RANGE: f64 = 0.05;
 
 /// Variance over what residuals and the encoders' noise make of it: slopes are those nearby, and taken
 /// with noise themselves. Set on the coverage campaigns of seed 7, judged on those of seed 9.
-const LEFT_OUT: f64 = 1.5;
+const UNMODELLED_VARIANCE_RATIO: f64 = 1.5;
 
 /// The same over what residuals alone make of it, where there is no time to ask for the encoders' part.
 const LEFT_OUT_UNASKED: f64 = 2.0;
 
 /// Steps that values take once the model's own numbers are free beside them.
-const STEPS: usize = 6;
+const POSTERIOR_FIT_STEPS: usize = 6;
 
-/// The posterior of an improvement, not sealed yet. `logs`: those that the bench's experiments were
+/// The posterior of an improvement, not sealed yet. `logs`: those that the problem's logs were
 /// made of.
 ///
 /// # Errors
 /// [`PosteriorError`].
 pub fn posterior(
-    bench: &FitProblem,
+    problem: &FitProblem,
     logs: &[Log],
     improvement: &Improvement,
     robot: &RobotFile,
@@ -65,51 +65,51 @@ pub fn posterior(
         files.push(FileDigest::of_file("log", path)?.sha256);
     }
     let campaign = sha256(files.concat().as_bytes());
-    let of = of_fit(bench, logs, &with_all_calibrations(bench, improvement)?, robot)?;
+    let of = of_fit(problem, logs, &with_all_calibrations(problem, improvement)?, robot)?;
     // The score that the improvement tells, where nothing was fitted.
     let told = improvement.steps.last().map(|step| step.held_out).filter(|s| s.is_finite());
     Ok(Posterior { campaign, score: told.unwrap_or(of.score), ..of })
 }
 
 /// The posterior of effects that were fitted with every calibration free beside them. `logs`: those
-/// that the bench's experiments were made of; their digest is left to who has the files.
+/// that the problem's logs were made of; their digest is left to who has the files.
 ///
 /// # Errors
 /// [`PredictError`].
 pub fn of_fit(
-    bench: &FitProblem,
+    problem: &FitProblem,
     logs: &[Log],
     full: &Fitted,
     robot: &RobotFile,
 ) -> Result<Posterior, PredictError> {
-    let blocks = fit::blocks_of(bench);
+    let blocks = fit::blocks_of(problem);
     let mut point = full.point.clone();
-    for effect in own_numbers(bench, &point) {
+    for effect in own_numbers(problem, &point) {
         let ranges: Vec<f64> = effect.kind.parameters.iter().map(range_deviation).collect();
         point.add_expected(effect, &ranges);
     }
     // With the slopes that are there: what is added is small, and residuals are in proportion to it.
-    let effort = Effort::steps(STEPS, point.free.len());
-    let fitted = fit::fit(bench, &point, &blocks, &full.slopes, effort)?;
+    let options = SolverOptions::steps(POSTERIOR_FIT_STEPS, point.free.len());
+    let fitted = fit::fit(problem, &point, &blocks, &full.slopes, options)?;
     let mut posterior = Posterior {
         numbers: Vec::new(),
         covariance: Vec::new(),
-        logs: bench.experiments.iter().map(|log| log.name.clone()).collect(),
+        logs: problem.logs.iter().map(|log| log.name.clone()).collect(),
         campaign: String::new(),
-        score: score(&fitted.at),
+        score: score(&fitted.residuals),
         at_bound: Vec::new(),
         undetermined: Vec::new(),
         not_measured: Vec::new(),
         seal: String::new(),
     };
-    tell(bench, logs, &fitted, robot, &mut posterior)?;
+    tell(problem, logs, &fitted, robot, &mut posterior)?;
     Ok(posterior)
 }
 
 /// The fit of the improved model's effects with every calibration free beside them: one that the
 /// diagnosis has made, or else a new one.
 fn with_all_calibrations(
-    bench: &FitProblem,
+    problem: &FitProblem,
     improvement: &Improvement,
 ) -> Result<Fitted, PredictError> {
     let places = |point: &FitState| {
@@ -127,29 +127,29 @@ fn with_all_calibrations(
     let mut point = diagnosis.null.point.clone();
     point.reset(|effect| is_calibration(effect.kind));
     effects(&reached.point).for_each(|effect| point.add(effect.clone()));
-    let effort = Effort::full(in_proportion(&point));
-    fit::fit(bench, &point, &fit::blocks_of(bench), &[], effort)
+    let options = SolverOptions::full(in_proportion(&point));
+    fit::fit(problem, &point, &fit::blocks_of(problem), &[], options)
 }
 
 /// Effects for all logs that are no calibrations.
 fn effects(point: &FitState) -> impl Iterator<Item = &Effect> {
-    point.all.iter().filter(|effect| !is_calibration(effect.kind))
+    point.shared.iter().filter(|effect| !is_calibration(effect.kind))
 }
 
 /// Effects that are other values of the model's own numbers, which a point does not have and the
 /// logs could show.
-fn own_numbers(bench: &FitProblem, point: &FitState) -> Vec<Effect> {
+fn own_numbers(problem: &FitProblem, point: &FitState) -> Vec<Effect> {
     let is_own = |kind: &&EffectKind| {
         let process = matches!(kind.action, Action::Process(_));
         (process || kind.adds_to.is_some()) && kind.parameters.iter().all(Parameter::is_size)
     };
     let has = |effect: &Effect| {
-        let mut all = point.all.iter().chain(point.each.iter().flatten());
+        let mut all = point.shared.iter().chain(point.per_log.iter().flatten());
         all.any(|e| (e.kind.id, e.at) == (effect.kind.id, effect.at))
     };
     let kinds = library().filter(|kind| is_own(kind) && kind.calibration.is_none());
     let all = kinds.flat_map(|kind| kind.places().into_iter().map(|at| kind.neutral(at)));
-    all.filter(|e| !has(e) && bench.experiments.iter().any(|log| log.concerns(e))).collect()
+    all.filter(|e| !has(e) && problem.logs.iter().any(|log| log.concerns(e))).collect()
 }
 
 /// Standard deviation of a value of which only its plausible range is known.
@@ -158,7 +158,7 @@ fn range_deviation(parameter: &Parameter) -> f64 {
 }
 
 /// One number of a cell among the free values of a fit.
-struct Candidate {
+struct FreeNumber {
     effect: Effect,
     parameter: usize,
     /// Free values whose mean it is.
@@ -168,25 +168,25 @@ struct Candidate {
     expected: f64,
 }
 
-impl Candidate {
+impl FreeNumber {
     fn name(&self, robot: &RobotFile) -> String {
         self.effect.number_name(self.parameter, robot)
     }
 }
 
-fn candidates(fitted: &Fitted) -> Vec<Candidate> {
-    let mut found: Vec<Candidate> = Vec::new();
+fn candidates(fitted: &Fitted) -> Vec<FreeNumber> {
+    let mut found: Vec<FreeNumber> = Vec::new();
     for (k, free) in fitted.point.free.iter().enumerate() {
         let effect = fitted.point.effect(free.of);
         let per_log = matches!(free.of, EffectScope::Log(..));
-        let same = |c: &&mut Candidate| {
+        let same = |c: &&mut FreeNumber| {
             c.per_log
                 && (c.effect.kind.id, c.effect.at, c.parameter)
                     == (effect.kind.id, effect.at, free.parameter)
         };
         match found.iter_mut().find(same).filter(|_| per_log) {
             Some(candidate) => candidate.of.push(k),
-            None => found.push(Candidate {
+            None => found.push(FreeNumber {
                 effect: effect.clone(),
                 parameter: free.parameter,
                 of: vec![k],
@@ -200,7 +200,7 @@ fn candidates(fitted: &Fitted) -> Vec<Candidate> {
 
 /// Fills in the numbers that the fit determines, with their covariance, and names the others.
 fn tell(
-    bench: &FitProblem,
+    problem: &FitProblem,
     logs: &[Log],
     fitted: &Fitted,
     robot: &RobotFile,
@@ -220,16 +220,18 @@ fn tell(
         prior[(k, k)] += (unit[k] / range_deviation(point.parameter(free))).powi(2);
     }
     let linear = Linear { prior, ..fitted.linear.clone() };
-    let Some(of_fit) = covariance(&linear, &columns(bench), &fitted.at, &fitted.slopes) else {
+    let Some(of_fit) = covariance(&linear, &columns(problem), &fitted.residuals, &fitted.slopes)
+    else {
         // The curvature is singular: nothing that was fitted is measured.
         posterior.not_measured.extend(candidates(fitted).iter().map(|of| of.name(robot)));
         return Ok(());
     };
     // Drives all logs again: not where nothing was measured, nor where time is up.
-    let covariance = if bench.is_late() {
+    let covariance = if problem.is_late() {
         LEFT_OUT_UNASKED * of_fit
     } else {
-        LEFT_OUT * (of_fit + encoder_noise::covariance(bench, logs, fitted, &linear.prior)?)
+        UNMODELLED_VARIANCE_RATIO
+            * (of_fit + encoder_noise::covariance(problem, logs, fitted, &linear.prior)?)
     };
     let of_values = covariance.component_mul(&(&unit * unit.transpose()));
     let all = candidates(fitted);
@@ -245,7 +247,9 @@ fn tell(
         let deviation = of_means[(i, i)].sqrt();
         let own = own_number(candidate);
         let limit = match candidate.expected {
-            e if e.is_finite() && !own => MEASURED * e / (candidate.of.len() as f64).sqrt(),
+            e if e.is_finite() && !own => {
+                MEASURED_DEVIATION_MAX * e / (candidate.of.len() as f64).sqrt()
+            }
             _ if own => MEASURED_OF_RANGE * (parameter.high - parameter.low),
             _ => f64::INFINITY,
         };
@@ -261,7 +265,7 @@ fn tell(
             && values.iter().any(|v| *v == parameter.low || *v == parameter.high)
         {
             posterior.at_bound.push(name);
-        } else if deviation > MEASURED * range_deviation(parameter) {
+        } else if deviation > MEASURED_DEVIATION_MAX * range_deviation(parameter) {
             posterior.undetermined.push(name);
         }
         let between = if candidate.per_log {
@@ -272,9 +276,9 @@ fn tell(
         posterior.numbers.push(MeasuredNumber {
             kind: candidate.effect.kind,
             at: candidate.effect.at,
-            occurrence: occurrence(bench, &all[..i], candidate),
+            occurrence: occurrence(problem, &all[..i], candidate),
             parameter: candidate.parameter,
-            value: mean + stated(bench, &candidate.effect, candidate.parameter),
+            value: mean + stated(problem, &candidate.effect, candidate.parameter),
             between_logs: between,
         });
         kept.push(i);
@@ -286,13 +290,13 @@ fn tell(
 }
 
 /// True for a number of the model's own that is no calibration and was freed for the posterior.
-fn own_number(candidate: &Candidate) -> bool {
+fn own_number(candidate: &FreeNumber) -> bool {
     candidate.expected.is_finite() && candidate.effect.kind.calibration.is_none()
 }
 
 /// Standard deviation from log to log of a value that each has of its own: what the values vary by
 /// and how well they are known, what was expected counted as one log more.
-fn between_logs(candidate: &Candidate, values: &[f64], mean: f64, of: &DMatrix<f64>) -> f64 {
+fn between_logs(candidate: &FreeNumber, values: &[f64], mean: f64, of: &DMatrix<f64>) -> f64 {
     let logs = candidate.of.len() as f64;
     let share = |k: usize, l: usize| of[(k, l)];
     let shared: f64 =
@@ -309,17 +313,17 @@ fn between_logs(candidate: &Candidate, values: &[f64], mean: f64, of: &DMatrix<f
 
 /// Which of the effects of its kind at its place a number is of: those that the model was given
 /// come first.
-fn occurrence(bench: &FitProblem, before: &[Candidate], candidate: &Candidate) -> usize {
+fn occurrence(problem: &FitProblem, before: &[FreeNumber], candidate: &FreeNumber) -> usize {
     let same = |e: &Effect| (e.kind.id, e.at) == (candidate.effect.kind.id, candidate.effect.at);
     let fitted = before.iter().filter(|c| same(&c.effect) && c.parameter == candidate.parameter);
     // What a log has of its own is one with what the model states of it.
-    let own = bench.per_log.iter().filter(|own| own.is(&candidate.effect) && candidate.per_log);
-    bench.known.iter().filter(|e| same(e)).count().saturating_sub(own.count()) + fitted.count()
+    let own = problem.per_log.iter().filter(|own| own.is(&candidate.effect) && candidate.per_log);
+    problem.known.iter().filter(|e| same(e)).count().saturating_sub(own.count()) + fitted.count()
 }
 
 /// What the model states already of a value that each log has of its own.
-fn stated(bench: &FitProblem, effect: &Effect, parameter: usize) -> f64 {
-    let own = bench.per_log.iter().find(|own| own.is(effect));
+fn stated(problem: &FitProblem, effect: &Effect, parameter: usize) -> f64 {
+    let own = problem.per_log.iter().find(|own| own.is(effect));
     own.map_or(0.0, |own| own.stated.values[parameter] - own.start().values[parameter])
 }
 

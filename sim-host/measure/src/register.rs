@@ -9,22 +9,19 @@
 //! sit in the tool frame. Rotations follow from singular value decompositions (Kabsch), positions
 //! from a linear fit; then all of it is refined by Gauss–Newton, outliers weighted down (Tukey).
 
-use crate::HALF_95;
+use crate::{HALF_95, ROTATION_LENGTH};
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 use trueweld_core::Pose;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector, skew};
 
-/// A radian counts as so many metres where rotations and positions are weighed together.
-pub(crate) const LEVER: f64 = 0.5;
-
 /// Iterations of weights and of Gauss–Newton.
-const ITERATIONS: usize = 30;
+const REGISTRATION_ITERATIONS: usize = 30;
 
 /// Parameters: frame (position, rotation vector), then tool (position, rotation vector).
-const FREE: usize = 12;
+pub(crate) const REGISTRATION_NUMBERS: usize = 12;
 
 /// Least extent of the positions in their second direction, m, that fixes a frame without rotations.
-const SPREAD: f64 = 0.05;
+const POSITION_SPREAD_MIN: f64 = 0.05;
 
 /// One measured pose and the nominal one.
 #[derive(Debug, Clone, Copy)]
@@ -53,7 +50,7 @@ impl PosePair {
     /// Square of what is left of it, m².
     pub(crate) fn square(&self, frame: &Pose<f64>, tool: &Pose<f64>) -> f64 {
         let (position, rotation) = self.left(frame, tool);
-        position.norm_squared() + LEVER * LEVER * rotation.norm_squared()
+        position.norm_squared() + ROTATION_LENGTH * ROTATION_LENGTH * rotation.norm_squared()
     }
 }
 
@@ -137,13 +134,13 @@ fn closed(pose_pairs: &[PosePair], weights: &[f64], tool: &Pose<f64>) -> Option<
         spread += a * a.transpose() * (*w / sum);
         if let Some(rotation) = pose_pair.rotation {
             let nominal = pose_pair.nominal.rotation * tool.rotation;
-            cross += rotation * nominal.transpose() * (LEVER * LEVER * *w);
+            cross += rotation * nominal.transpose() * (ROTATION_LENGTH * ROTATION_LENGTH * *w);
             rotations = true;
         }
     }
     let mut extent = spread.symmetric_eigenvalues();
     extent.as_mut_slice().sort_by(f64::total_cmp);
-    if !rotations && extent[1] < SPREAD * SPREAD {
+    if !rotations && extent[1] < POSITION_SPREAD_MIN * POSITION_SPREAD_MIN {
         return None;
     }
     let rotation = nearest_rotation(&cross)?;
@@ -168,7 +165,7 @@ pub fn frame(pose_pairs: &[PosePair]) -> Option<Registration> {
     let tool = Pose::identity();
     let mut weight = vec![1.0; pose_pairs.len()];
     let mut frame = closed(pose_pairs, &weight, &tool)?;
-    for _ in 0..ITERATIONS / 3 {
+    for _ in 0..REGISTRATION_ITERATIONS / 3 {
         weight = weights(pose_pairs, &frame, &tool);
         frame = closed(pose_pairs, &weight, &tool)?;
     }
@@ -185,7 +182,7 @@ pub fn frame_and_tool(pose_pairs: &[PosePair]) -> Option<Registration> {
     let mut frame = closed(pose_pairs, &even, &tool)?;
     if pose_pairs.iter().all(|s| s.rotation.is_some()) {
         // R X S = P: each rotation in turn, the other one given.
-        for _ in 0..10 * ITERATIONS {
+        for _ in 0..10 * REGISTRATION_ITERATIONS {
             let sum = |of: &dyn Fn(&PosePair, &Matrix3<f64>) -> Matrix3<f64>| {
                 let each = pose_pairs.iter().filter_map(|s| Some(of(s, s.rotation.as_ref()?)));
                 nearest_rotation(&each.fold(Matrix3::zeros(), |a, b| a + b))
@@ -214,7 +211,7 @@ pub fn frame_and_tool(pose_pairs: &[PosePair]) -> Option<Registration> {
         frame.position = solved.fixed_rows::<3>(0).into_owned();
         tool.position = solved.fixed_rows::<3>(3).into_owned();
     }
-    Some(refined(pose_pairs, frame, tool, FREE))
+    Some(refined(pose_pairs, frame, tool, REGISTRATION_NUMBERS))
 }
 
 /// Refines a registration; the first `free` of all parameters are free.
@@ -228,7 +225,7 @@ fn refined(
     // Without rotations nothing tells how the tracked point's axes are turned.
     let free = if rotations { free } else { free.min(9) };
     let mut normal = DMatrix::<f64>::zeros(free, free);
-    for _ in 0..ITERATIONS {
+    for _ in 0..REGISTRATION_ITERATIONS {
         let weight = weights(pose_pairs, &frame, &tool);
         normal.fill(0.0);
         let mut right = DVector::<f64>::zeros(free);
@@ -237,17 +234,19 @@ fn refined(
             let point = frame.rotation * s.nominal.transform_point(&tool.position);
             let axes = frame.rotation * s.nominal.rotation;
             // Frame: t, and a turn about the tracker's axes; tool: c, and a turn about its own.
-            let mut row = SMatrix::<f64, 6, FREE>::zeros();
+            let mut row = SMatrix::<f64, 6, REGISTRATION_NUMBERS>::zeros();
             row.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
             row.fixed_view_mut::<3, 3>(0, 3).copy_from(&-skew(&point));
             row.fixed_view_mut::<3, 3>(0, 6).copy_from(&axes);
             if s.rotation.is_some() {
-                row.fixed_view_mut::<3, 3>(3, 3).copy_from(&(Matrix3::identity() * LEVER));
-                row.fixed_view_mut::<3, 3>(3, 9).copy_from(&(axes * tool.rotation * LEVER));
+                row.fixed_view_mut::<3, 3>(3, 3)
+                    .copy_from(&(Matrix3::identity() * ROTATION_LENGTH));
+                row.fixed_view_mut::<3, 3>(3, 9)
+                    .copy_from(&(axes * tool.rotation * ROTATION_LENGTH));
             }
             let mut left = SVector::<f64, 6>::zeros();
             left.fixed_rows_mut::<3>(0).copy_from(&position);
-            left.fixed_rows_mut::<3>(3).copy_from(&(rotation * LEVER));
+            left.fixed_rows_mut::<3>(3).copy_from(&(rotation * ROTATION_LENGTH));
             let row = row.columns(0, free);
             normal += row.tr_mul(&row) * *w;
             right += row.tr_mul(&left) * *w;

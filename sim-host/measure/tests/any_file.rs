@@ -13,7 +13,7 @@ use trueweld_core::{JointVector, Pose};
 use trueweld_measure::align::align_clocks;
 use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::data::log::import::{Doubt, LeftOut, Proposal, ProposedColumn, propose};
-use trueweld_measure::data::log::{Level, Log, LogKind};
+use trueweld_measure::data::log::{Log, LogKind, NoiseLevel};
 use trueweld_measure::diagnose::{FittedEffect, diagnose};
 use trueweld_measure::fit::FitProblem;
 use trueweld_measure::residuals::compare::{Comparison, baseline, compare, experiments};
@@ -112,7 +112,7 @@ fn every_key_of_the_published_format_is_read() {
     let [plain, full] = [&plain, &full].map(|log| Log::read(log).expect("a log"));
     assert!(full.weld.is_some() && full.process.is_some());
     assert_eq!(full.period, Some(0.004));
-    let stated = |deviation: f64| Some(Level { deviation, stated: true });
+    let stated = |deviation: f64| Some(NoiseLevel { deviation, stated: true });
     assert_eq!(full.noise.motor_torque, [40.0, 40.0, 40.0, 30.0, 30.0, 30.0].map(stated));
     assert_eq!(full.noise.link_encoder, [stated(1e-6); 6]);
     let rotation = full.noise.rotation.map(|level| level.expect("noise").deviation);
@@ -142,7 +142,7 @@ fn a_clock_that_is_not_known_is_told_together_with_what_is_missing() {
         let experiments = experiments(&logs, &baseline(&model)).expect("experiments");
         let problem = FitProblem::new(&model, experiments);
         let found = diagnose(&problem, &logs, &|_, _| ()).expect("a diagnosis");
-        println!("{:?}", found.improved.at.iter().map(|p| p.late).collect::<Vec<_>>());
+        println!("{:?}", found.improved.residuals.iter().map(|p| p.late).collect::<Vec<_>>());
         found
     };
     let (clean, raw) = (answer(&clean), answer(&unknown));
@@ -196,10 +196,7 @@ fn the_mapping_of_two_instruments_is_proposed() {
     let files = [fixture("raw/krc.csv"), fixture("raw/tracker.txt")];
     let found = propose(&files, Some(&robot), None).expect("a proposal");
     for column in &found.columns {
-        println!(
-            "{:?} {:?} {:?} {:?}",
-            column.header, column.mapping, column.grounds, column.doubts
-        );
+        println!("{:?} {:?} {:?} {:?}", column.header, column.mapping, column.bases, column.doubts);
     }
     assert_eq!(found.kind, LogKind::FreeMotion);
     assert!(found.missing.is_empty(), "{:?}", found.missing);

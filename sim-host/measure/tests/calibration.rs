@@ -11,11 +11,11 @@ use trueweld_plant::input::ModelFile;
 /// Identifiers of the calibrations that are fitted to logs, and whether a cross-talk of the force
 /// sensor is tried.
 fn tried(logs: &[Log], file: &ModelFile) -> (Vec<&'static str>, bool) {
-    let bench = FitProblem::new(file, experiments(logs, &baseline(file)).unwrap());
-    let point = calibrations(&bench);
+    let problem = FitProblem::new(file, experiments(logs, &baseline(file)).unwrap());
+    let point = calibrations(&problem);
     let ids = point.free.iter().map(|free| point.effect(free.of).kind.id).collect();
     let crosstalk = force_crosstalk::effect([0.01, 0.0]);
-    (ids, bench.experiments.iter().any(|e| e.concerns(&crosstalk)))
+    (ids, problem.logs.iter().any(|e| e.concerns(&crosstalk)))
 }
 
 #[test]

@@ -10,11 +10,13 @@ use std::sync::Arc;
 use trueweld_core::JointVector;
 use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::log::{Log, LogKind};
-use trueweld_measure::data::noise::{Level, NoiseLevels};
+use trueweld_measure::data::noise::{NoiseLevel, NoiseLevels};
 use trueweld_measure::fit::FitProblem;
-use trueweld_measure::predict::{Experiment, Model, Motion, Prediction, Quantity};
+use trueweld_measure::predict::{
+    BaselineModel, ComparedQuantity, LinkMotion, Prediction, PreparedLog,
+};
 use trueweld_measure::residuals::compare::{Comparison, Notice, baseline, compare, experiments};
-use trueweld_measure::residuals::localize::{Finding, Statistic, Variable, foremost, localize};
+use trueweld_measure::residuals::localize::{Finding, RowCondition, Statistic, foremost, localize};
 use trueweld_plant::input::ModelFile;
 
 /// Rows of the synthetic log, and their period, s.
@@ -38,8 +40,8 @@ fn torque(j: usize, k: usize) -> f64 {
 /// A free motion with a tracker, of which residual and motion are given.
 struct Series {
     log: Log,
-    experiment: Experiment,
-    motion: Arc<Motion>,
+    experiment: PreparedLog,
+    motion: Arc<LinkMotion>,
 }
 
 impl Series {
@@ -58,19 +60,19 @@ impl Series {
             "schema = \"log/1\"\nkind = \"free-motion\"\nrobot = {robot:?}\nperiod_s = {PERIOD}\n"
         );
         let log = Log::parse(&toml, csv.as_bytes(), "synthetic".as_ref()).unwrap();
-        let level = |deviation| Some(Level { deviation, stated: true });
+        let level = |deviation| Some(NoiseLevel { deviation, stated: true });
         let noise = NoiseLevels {
             position: [level(3e-5); 3],
             encoder: [level(2e-6); 6],
             ..NoiseLevels::default()
         };
-        let model = Model { robot: log.robot.robot.clone(), process: None };
-        let experiment = Experiment::new(&log, &noise, &model).unwrap();
-        let motion = Motion {
+        let model = BaselineModel { robot: log.robot.robot.clone(), process: None };
+        let experiment = PreparedLog::new(&log, &noise, &model).unwrap();
+        let motion = LinkMotion {
             rows: (0..ROWS).collect(),
             link: (0..ROWS).map(|k| JointVector::from_fn(|j, _| angle(j, k))).collect(),
             spring: (0..ROWS).map(|k| JointVector::from_fn(|j, _| torque(j, k))).collect(),
-            ..Motion::default()
+            ..LinkMotion::default()
         };
         Self { log, experiment, motion: Arc::new(motion) }
     }
@@ -83,8 +85,12 @@ impl Series {
             .iter()
             .map(|c| residual(c.row, usize::from(c.component)))
             .collect();
-        let prediction =
-            Prediction { residual, motion: Some(self.motion.clone()), late: None, anywhere: 0.0 };
+        let prediction = Prediction {
+            residual,
+            motion: Some(self.motion.clone()),
+            late: None,
+            free_play_term: 0.0,
+        };
         let (experiments, logs) =
             (std::slice::from_ref(&self.experiment), std::slice::from_ref(&self.log));
         localize(experiments, &[prediction], logs)
@@ -103,7 +109,7 @@ fn a_planted_dependence_on_the_sign_of_a_torque_is_found_first_with_its_size() {
     let findings =
         series.localized(|row, c| step[c] * torque(4, row).signum() + normal(&mut random));
     let best = &findings[0];
-    assert_eq!(best.variable, Variable::SpringSign(4), "{best:?}");
+    assert_eq!(best.variable, RowCondition::SpringSign(4), "{best:?}");
     assert_eq!(
         (best.how, best.kind, best.channel),
         (Statistic::Mean, LogKind::FreeMotion, "tcp_position")
@@ -112,7 +118,7 @@ fn a_planted_dependence_on_the_sign_of_a_torque_is_found_first_with_its_size() {
     let planted = 2.25 / 5.25;
     assert!((best.share - planted).abs() < 0.05, "{} instead of {planted}", best.share);
     assert!(best.p <= 0.005, "{}", best.p);
-    assert_eq!(best.curve.series, Some((Quantity::Position, 1)));
+    assert_eq!(best.curve.series, Some((ComparedQuantity::Position, 1)));
     // One and a half deviations, in engineering units.
     let size = 1.5 * series.experiment.compared[0].deviation;
     for (point, sign) in best.curve.points.iter().zip([-1.0, 1.0]) {
@@ -130,7 +136,7 @@ fn a_wave_over_a_joint_is_found_with_its_order() {
         wave + normal(&mut random)
     });
     let best = &findings[0];
-    let Variable::Wave { joint: 0, order } = best.variable else { panic!("{best:?}") };
+    let RowCondition::Wave { joint: 0, order } = best.variable else { panic!("{best:?}") };
     // Over 0.6 rad an order is told to about a tenth of 2π/0.6.
     assert!(order.abs_diff(40) <= 1, "{best:?}");
     assert!(best.p <= 0.005 && (best.share - 2.0 / 5.0).abs() < 0.06, "{} {}", best.p, best.share);
@@ -142,7 +148,7 @@ fn noise_that_grows_is_found_by_its_size() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let findings = series
         .localized(|row, _| (1.0 + 5.0 * (row as f64 / ROWS as f64).powi(4)) * normal(&mut random));
-    let best = findings.iter().find(|f| f.variable == Variable::Time).unwrap();
+    let best = findings.iter().find(|f| f.variable == RowCondition::Time).unwrap();
     assert_eq!(best.how, Statistic::Size);
     let last = series.experiment.compared.iter().map(|c| c.row).max().unwrap();
     assert!(best.low > 0.75 * PERIOD * last as f64, "{best:?}");
@@ -196,8 +202,8 @@ fn the_same_residual_gives_the_same_findings() {
 fn compared(campaign: &str) -> Comparison {
     let campaign = Campaign::read(fixture(campaign)).unwrap();
     let model = ModelFile::read(&campaign.model).unwrap();
-    let bench = FitProblem::new(&model, experiments(&campaign.logs, &baseline(&model)).unwrap());
-    compare(&model, &campaign.logs, &bench, &|_| {}).unwrap()
+    let problem = FitProblem::new(&model, experiments(&campaign.logs, &baseline(&model)).unwrap());
+    compare(&model, &campaign.logs, &problem, &|_| {}).unwrap()
 }
 
 #[test]
@@ -225,7 +231,7 @@ struct Blanked {
     log: &'static str,
     blank: fn(&mut Log, usize, usize),
     component: u8,
-    dropped: fn(Quantity) -> bool,
+    dropped: fn(ComparedQuantity) -> bool,
 }
 
 fn blank(series: &mut Option<Vec<Vector3<f64>>>, from: usize, to: usize) {
@@ -245,7 +251,7 @@ fn what_fills_a_dropout_is_not_compared() {
                 log.samples.motor_torque[1].as_mut().unwrap()[from..to].fill(f64::NAN);
             },
             component: 1,
-            dropped: |q| q == Quantity::MotorTorque,
+            dropped: |q| q == ComparedQuantity::MotorTorque,
         },
         Blanked {
             log: "weld-1",
@@ -254,7 +260,7 @@ fn what_fills_a_dropout_is_not_compared() {
                 blank(&mut log.samples.rotation, from, to);
             },
             component: 0,
-            dropped: |q| q != Quantity::Moment,
+            dropped: |q| q != ComparedQuantity::Moment,
         },
         Blanked {
             log: "weld-1",
@@ -272,12 +278,12 @@ fn what_fills_a_dropout_is_not_compared() {
         let lost = n / 3..2 * n / 3;
         (case.blank)(&mut log, lost.start, lost.end);
         let logs = [log];
-        let bench = FitProblem::new(&model, experiments(&logs, &baseline(&model)).unwrap());
-        for c in &bench.experiments[0].compared {
+        let problem = FitProblem::new(&model, experiments(&logs, &baseline(&model)).unwrap());
+        for c in &problem.logs[0].compared {
             let dropped = c.component == case.component && (case.dropped)(c.quantity);
             assert!(!dropped || !lost.contains(&c.row), "{c:?}");
         }
-        let comparison = compare(&model, &logs, &bench, &|_| {}).unwrap();
+        let comparison = compare(&model, &logs, &problem, &|_| {}).unwrap();
         for channel in &comparison.logs[0].channels {
             // As of the whole log, with two thirds of its values.
             assert!((channel.score - 1.0).abs() < 0.25, "{} {}", channel.name, channel.score);
@@ -302,8 +308,10 @@ fn backlash_shows_in_the_joint_that_has_it() {
         .iter()
         .find(|f| f.kind == LogKind::StaticLoad && f.channel == "tcp_position")
         .unwrap();
-    let of_spring = |v: Variable| match v {
-        Variable::SpringTorque(j) | Variable::SpringSign(j) | Variable::SpringTendency(j) => j == 4,
+    let of_spring = |v: RowCondition| match v {
+        RowCondition::SpringTorque(j)
+        | RowCondition::SpringSign(j)
+        | RowCondition::SpringTendency(j) => j == 4,
         _ => false,
     };
     assert!(of_spring(still.variable), "{still:?}");

@@ -51,8 +51,8 @@ fn model() -> ModelFile {
 
 fn compared(logs: &[Log]) -> Comparison {
     let model = model();
-    let bench = FitProblem::new(&model, experiments(logs, &baseline(&model)).unwrap());
-    compare(&model, logs, &bench, &|_| {}).unwrap()
+    let problem = FitProblem::new(&model, experiments(logs, &baseline(&model)).unwrap());
+    compare(&model, logs, &problem, &|_| {}).unwrap()
 }
 
 /// As of the log as it was recorded: its score is 1.0, in every channel to what a dozen independent
@@ -339,8 +339,8 @@ fn nothing_that_a_cell_does_is_a_fault_of_an_instrument() {
         }
         let model = ModelFile::read(&campaign.model).unwrap();
         let made = experiments(&campaign.logs, &baseline(&model)).unwrap();
-        let bench = FitProblem::new(&model, made);
-        let comparison = compare(&model, &campaign.logs, &bench, &|_| {}).unwrap();
+        let problem = FitProblem::new(&model, made);
+        let comparison = compare(&model, &campaign.logs, &problem, &|_| {}).unwrap();
         let noise = |n: &Notice| matches!(n, Notice::NoiseLarger(_) | Notice::NoiseSmaller(_));
         assert!(!comparison.notices.iter().any(noise), "{name}: {:?}", comparison.notices);
     }

@@ -5,7 +5,7 @@ use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::log::Log;
 use trueweld_measure::diagnose::evidence::{EffectCurve, evidence};
 use trueweld_measure::fit::calibration::calibrations;
-use trueweld_measure::fit::{Effort, FitProblem, Fitted, blocks_of, fit};
+use trueweld_measure::fit::{FitProblem, Fitted, SolverOptions, blocks_of, fit};
 use trueweld_measure::residuals::compare::experiments;
 use trueweld_plant::effects::{Effect, EffectKind, Location, LocationKind, Role, library};
 use trueweld_plant::input::ModelFile;
@@ -15,7 +15,7 @@ use trueweld_plant::robot::Channel;
 const HALF_GAP: f64 = 2.4e-4;
 
 struct Ready {
-    bench: FitProblem,
+    problem: FitProblem,
     logs: Vec<Log>,
     null: Fitted,
 }
@@ -27,18 +27,19 @@ fn ready(of: impl Fn(&str) -> bool, steps: usize) -> Ready {
     let file = ModelFile::read(&campaign.model).unwrap();
     let logs: Vec<Log> = campaign.logs.into_iter().filter(|log| of(&log.name)).collect();
     let ready = experiments(&logs, &trueweld_measure::residuals::compare::baseline(&file)).unwrap();
-    let bench = FitProblem::new(&file, ready);
-    let point = calibrations(&bench);
-    let null = fit(&bench, &point, &blocks_of(&bench), &[], Effort::steps(steps, 0)).unwrap();
-    Ready { bench, logs, null }
+    let problem = FitProblem::new(&file, ready);
+    let point = calibrations(&problem);
+    let null =
+        fit(&problem, &point, &blocks_of(&problem), &[], SolverOptions::steps(steps, 0)).unwrap();
+    Ready { problem, logs, null }
 }
 
 /// The fit with an effect beside the calibrations.
-fn with(Ready { bench, null, .. }: &Ready, effect: &Effect, steps: usize) -> Option<Fitted> {
+fn with(Ready { problem, null, .. }: &Ready, effect: &Effect, steps: usize) -> Option<Fitted> {
     let mut point = null.point.clone();
     point.add(effect.clone());
-    let effort = Effort::steps(steps, null.slopes.len());
-    fit(bench, &point, &blocks_of(bench), &null.slopes, effort).ok()
+    let effort = SolverOptions::steps(steps, null.slopes.len());
+    fit(problem, &point, &blocks_of(problem), &null.slopes, effort).ok()
 }
 
 /// Value of the fitted curve, straight between its points.
@@ -57,7 +58,7 @@ fn backlash_shows_as_a_step_of_the_gap_where_the_torque_turns_round() {
         values: vec![1e-4],
     };
     let found = with(&ready, &effect, 5).unwrap();
-    let evidence = evidence(&ready.bench, &ready.logs, &ready.null, &found, &effect).unwrap();
+    let evidence = evidence(&ready.problem, &ready.logs, &ready.null, &found, &effect).unwrap();
     assert_eq!((evidence.x.unit(), evidence.y_unit), ("N·m", "rad"));
     assert!(evidence.points.len() >= 10);
 
@@ -99,7 +100,7 @@ fn every_effect_has_its_curve() {
     for kind in library() {
         let effect = of_some_size(kind);
         let Some(found) = with(&ready, &effect, 0) else { panic!("{} cannot be driven", kind.id) };
-        match evidence(&ready.bench, &ready.logs, &ready.null, &found, &effect) {
+        match evidence(&ready.problem, &ready.logs, &ready.null, &found, &effect) {
             Some(evidence) => {
                 let finite = |p: &[f64; 2]| p[0].is_finite() && p[1].is_finite();
                 assert!(

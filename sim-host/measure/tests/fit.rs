@@ -3,11 +3,11 @@
 use std::time::Instant;
 use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::log::Log;
-use trueweld_measure::diagnose::{Undone, diagnose};
+use trueweld_measure::diagnose::{Incomplete, diagnose};
 use trueweld_measure::encoder_noise;
 use trueweld_measure::fit::calibration::{calibrations, expected};
 use trueweld_measure::fit::{
-    Effort, End, FitProblem, FitState, Fitted, blocks_of, chi_square, fit,
+    FitProblem, FitState, Fitted, SolverOptions, Termination, blocks_of, chi_square, fit,
 };
 use trueweld_measure::residuals::compare::{baseline, experiments};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
@@ -25,24 +25,24 @@ fn ready(of: impl Fn(&str) -> bool) -> (FitProblem, Vec<Log>) {
 
 #[test]
 fn a_fit_arrives_at_the_same_point_from_either_side() {
-    let (bench, _) = ready(|name| name == "static");
-    let from = |relative: f64, effort: Effort| -> Fitted {
-        let mut point = FitState::empty(bench.experiments.len());
+    let (problem, _) = ready(|name| name == "static");
+    let from = |relative: f64, effort: SolverOptions| -> Fitted {
+        let mut point = FitState::empty(problem.logs.len());
         for joint in 0..3 {
             let kind = EffectKind::of("stiffness-error").unwrap();
             let at = Location::Joint(joint);
             point.add(Effect { kind, at, values: vec![relative] });
         }
-        fit(&bench, &point, &blocks_of(&bench), &[], effort).unwrap()
+        fit(&problem, &point, &blocks_of(&problem), &[], effort).unwrap()
     };
-    let [below, above] = [-0.2, 0.3].map(|relative| from(relative, Effort::full(0)));
-    assert_eq!([below.end, above.end], [End::Arrived; 2]);
+    let [below, above] = [-0.2, 0.3].map(|relative| from(relative, SolverOptions::full(0)));
+    assert_eq!([below.termination, above.termination], [Termination::Converged; 2]);
     // Both gradients promise less than half a unit more, inflated as the residuals are.
-    let trust = below.cost / below.at.iter().map(|p| p.residual.len()).sum::<usize>() as f64;
+    let trust = below.cost / below.residuals.iter().map(|p| p.residual.len()).sum::<usize>() as f64;
     assert!((below.cost - above.cost).abs() < trust.max(1.0), "{} {}", below.cost, above.cost);
-    assert_eq!(from(0.3, Effort::steps(1, 0)).end, End::Limit);
-    let hopeless = Effort { goal: 0.5 * below.cost, ..Effort::full(0) };
-    assert_eq!(from(0.3, hopeless).end, End::Hopeless);
+    assert_eq!(from(0.3, SolverOptions::steps(1, 0)).termination, Termination::StepLimit);
+    let hopeless = SolverOptions { goal: 0.5 * below.cost, ..SolverOptions::full(0) };
+    assert_eq!(from(0.3, hopeless).termination, Termination::Unpromising);
 }
 
 /// Static loads of two days of the cell with play in A5, what the tracker saw longer by a share.
@@ -64,15 +64,17 @@ fn two_days(longer: [f64; 2]) -> FitProblem {
 #[test]
 fn what_no_other_log_foretells_is_told_by_leaving_logs_out() {
     // Sum of squares as given, and from the other log.
-    let squares = |bench: &FitProblem, kind: &str, places: std::ops::Range<usize>| {
-        let mut point = FitState::empty(bench.experiments.len());
+    let squares = |problem: &FitProblem, kind: &str, places: std::ops::Range<usize>| {
+        let mut point = FitState::empty(problem.logs.len());
         for joint in places {
             let kind = EffectKind::of(kind).unwrap();
             point.add_expected(kind.neutral(Location::Joint(joint)), &expected(kind));
         }
-        let given = fit(bench, &point, &blocks_of(bench), &[], Effort::steps(0, 0)).unwrap();
-        let fitted = fit(bench, &point, &blocks_of(bench), &[], Effort::full(0)).unwrap();
-        [chi_square(&given.at), fitted.held_out_logs(bench)]
+        let given =
+            fit(problem, &point, &blocks_of(problem), &[], SolverOptions::steps(0, 0)).unwrap();
+        let fitted =
+            fit(problem, &point, &blocks_of(problem), &[], SolverOptions::full(0)).unwrap();
+        [chi_square(&given.residuals), fitted.held_out_logs(problem)]
     };
     // A tracker whose scale is another one on either day: links mounted otherwise make up for it in the
     // postures of a day, and for the opposite of it on the next.
@@ -85,13 +87,17 @@ fn what_no_other_log_foretells_is_told_by_leaving_logs_out() {
 
 #[test]
 fn a_diagnosis_whose_time_is_up_says_what_it_left_undone() {
-    let (mut bench, logs) = ready(|name| name == "static");
-    bench.deadline = Some(Instant::now());
-    let late = diagnose(&bench, &logs, &|_, _| ()).unwrap();
+    let (mut problem, logs) = ready(|name| name == "static");
+    problem.deadline = Some(Instant::now());
+    let late = diagnose(&problem, &logs, &|_, _| ()).unwrap();
     assert!(late.candidates.is_empty());
-    assert!(late.undone.iter().any(|undone| matches!(undone, Undone::Search)), "{:?}", late.undone);
+    assert!(
+        late.incomplete.iter().any(|undone| matches!(undone, Incomplete::Search)),
+        "{:?}",
+        late.incomplete
+    );
     // The calibrations stand where nothing is known of them.
-    assert_eq!(late.null.point.free.len(), calibrations(&bench).free.len());
+    assert_eq!(late.null.point.free.len(), calibrations(&problem).free.len());
 }
 
 #[test]
@@ -103,13 +109,14 @@ fn noise_of_the_encoders_counts_with_its_square_and_most_where_an_arm_rings() {
         }
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/campaigns/backlash");
         let file = ModelFile::read(format!("{folder}/model.toml")).unwrap();
-        let bench = FitProblem::new(&file, experiments(&logs, &baseline(&file)).unwrap());
+        let problem = FitProblem::new(&file, experiments(&logs, &baseline(&file)).unwrap());
         let mut point = FitState::empty(logs.len());
         let kind = EffectKind::of("damping-error").unwrap();
         point.add(Effect { kind, at: Location::Joint(2), values: vec![0.0] });
-        let fitted = fit(&bench, &point, &blocks_of(&bench), &[], Effort::full(0)).unwrap();
+        let fitted =
+            fit(&problem, &point, &blocks_of(&problem), &[], SolverOptions::full(0)).unwrap();
         let prior = &fitted.linear.prior;
-        let driven = encoder_noise::covariance(&bench, &logs, &fitted, prior).unwrap()[(0, 0)];
+        let driven = encoder_noise::covariance(&problem, &logs, &fitted, prior).unwrap()[(0, 0)];
         let white = fitted.linear.solve(None, 0.0, None).unwrap().deviations()[0].powi(2);
         (driven, white)
     };

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use trueweld_measure::data::campaign::{Campaign, read_logs};
-use trueweld_measure::data::log::{Level, Log, LogKind, LogNotice, NoiseLevels};
+use trueweld_measure::data::log::{Log, LogKind, LogNotice, NoiseLevel, NoiseLevels};
 use trueweld_plant::input::{InputError, InputFile, RobotFile};
 
 const HEADER: &str =
@@ -130,7 +130,7 @@ fn a_free_motion_log_reads_as_written() {
     );
     assert!(s.rotation.is_none() && s.force.is_none() && s.moment.is_none());
     assert!(s.spindle.is_none() && s.payload.is_none());
-    let stated = |deviation: f64| Some(Level { deviation, stated: true });
+    let stated = |deviation: f64| Some(NoiseLevel { deviation, stated: true });
     assert_eq!(log.noise.position, [stated(3e-5); 3]);
     assert_eq!(log.noise.encoder, [1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6].map(stated));
     assert_eq!(log.noise.motor_torque, [stated(40.0); 6]);

@@ -11,15 +11,15 @@ use trueweld_measure::data::log::{Log, LogKind};
 use trueweld_measure::data::noise::{NoiseLevels, instruments};
 use trueweld_measure::experiment::{Plan, next_experiment};
 use trueweld_measure::fit::calibration::calibrations;
-use trueweld_measure::fit::{self, EffectScope, Effort, FitProblem};
-use trueweld_measure::predict::{Experiment, Model, Quantity};
+use trueweld_measure::fit::{self, EffectScope, FitProblem, SolverOptions};
+use trueweld_measure::predict::{BaselineModel, ComparedQuantity, PreparedLog};
 use trueweld_plant::effects::Effect;
 
 /// A recorded campaign.
 struct Laboratory {
     logs: Vec<Log>,
     noise: Vec<NoiseLevels>,
-    bench: FitProblem,
+    problem: FitProblem,
 }
 
 impl Laboratory {
@@ -28,22 +28,22 @@ impl Laboratory {
             PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/campaigns").join(name);
         let logs = Campaign::read(folder).unwrap().logs;
         let process = logs.iter().find_map(|l| l.process.clone());
-        let model = Model { robot: logs[0].robot.robot.clone(), process };
+        let model = BaselineModel { robot: logs[0].robot.robot.clone(), process };
         let noise = instruments(&logs);
         let experiments = logs
             .iter()
             .zip(&noise)
-            .map(|(log, noise)| Experiment::new(log, noise, &model).unwrap())
+            .map(|(log, noise)| PreparedLog::new(log, noise, &model).unwrap())
             .collect();
         Self {
             logs,
             noise,
-            bench: FitProblem {
+            problem: FitProblem {
                 model,
                 known: Vec::new(),
                 per_log: Vec::new(),
                 own: Vec::new(),
-                experiments,
+                logs: experiments,
                 deadline: None,
             },
         }
@@ -56,7 +56,7 @@ impl Laboratory {
     fn plan(&self, rivals: &[&str]) -> Option<Plan> {
         let rivals: Vec<_> =
             rivals.iter().map(|r| ((*r).to_owned(), vec![self.effect(r)])).collect();
-        next_experiment(&self.bench, &self.logs, &rivals)
+        next_experiment(&self.problem, &self.logs, &rivals)
     }
 }
 
@@ -89,7 +89,7 @@ fn a_gap_and_a_loop_are_told_apart() {
     print(&plan);
     assert!(plan.separation > 5.0, "{}", plan.separation);
     // What is planned stays within the joints' limits.
-    let robot = &laboratory.bench.model.robot;
+    let robot = &laboratory.problem.model.robot;
     assert!(plan.log.samples.encoder.iter().all(|q| robot.beyond_limits(q).is_none()));
 }
 
@@ -136,8 +136,8 @@ fn the_planned_experiment_tells() {
     print(&plan);
     assert_eq!(plan.log.kind, LogKind::StaticLoad);
     let index = laboratory.logs.iter().position(|l| l.kind == LogKind::StaticLoad).unwrap();
-    let model = &laboratory.bench.model;
-    let made = |log: &Log| Experiment::new(log, &laboratory.noise[index], model).unwrap();
+    let model = &laboratory.problem.model;
+    let made = |log: &Log| PreparedLog::new(log, &laboratory.noise[index], model).unwrap();
     let truth = [laboratory.effect(rivals[0])];
 
     // Measured: what the truth predicts, with noise.
@@ -150,7 +150,7 @@ fn the_planned_experiment_tells() {
         let noise: f64 = StandardNormal.sample(&mut random);
         let by = (noise - r) * c.deviation;
         match c.quantity {
-            Quantity::Position => {
+            ComparedQuantity::Position => {
                 log.samples.position.as_mut().unwrap()[c.row][usize::from(c.component)] += by
             }
             _ => turned[c.row][usize::from(c.component)] = by,
@@ -160,21 +160,21 @@ fn the_planned_experiment_tells() {
         *r = rotation_vector(&(rotation_from_vector(r) * rotation_from_vector(by)));
     }
 
-    let bench = FitProblem {
+    let problem = FitProblem {
         model: model.clone(),
         known: Vec::new(),
         per_log: Vec::new(),
         own: Vec::new(),
-        experiments: vec![made(&log)],
+        logs: vec![made(&log)],
         deadline: None,
     };
     // The logs so far know something of the calibrations: all, or nothing, bounds what is found.
     let found = |calibrated: bool| {
         let [right, wrong] = rivals.map(|rival| {
-            let mut point = calibrations(&bench);
+            let mut point = calibrations(&problem);
             point.free.retain(|f| calibrated || matches!(f.of, EffectScope::Log(..)));
-            point.all.push(laboratory.effect(rival));
-            fit::fit(&bench, &point, &fit::blocks_of(&bench), &[], Effort::steps(4, 0))
+            point.shared.push(laboratory.effect(rival));
+            fit::fit(&problem, &point, &fit::blocks_of(&problem), &[], SolverOptions::steps(4, 0))
                 .unwrap()
                 .cost
         });

@@ -11,7 +11,7 @@ pub(crate) const REFERENCE: Rgb = [110, 110, 110];
 pub(crate) const LIMIT: Rgb = [0, 140, 100];
 
 /// None of them green, which limits are.
-const RUNS: [Rgb; 7] = [
+const RUN_COLOURS: [Rgb; 7] = [
     [213, 94, 0],
     [0, 114, 178],
     [204, 121, 167],
@@ -22,7 +22,7 @@ const RUNS: [Rgb; 7] = [
 ];
 
 /// Axes A1 to A6.
-pub(crate) const JOINTS: [Rgb; 6] =
+pub(crate) const JOINT_COLOURS: [Rgb; 6] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [190, 160, 0], [86, 180, 233]];
 
 /// How a line is drawn.
@@ -57,18 +57,18 @@ impl Dash {
 /// Of one of many lines: the colours of the runs, solid, then dashed, then dotted.
 pub(crate) fn series(index: usize) -> (Rgb, Dash) {
     let dashes = [Dash::Solid, Dash::Dashed, Dash::Dotted];
-    (run(index), dashes[index / RUNS.len() % dashes.len()])
+    (run(index), dashes[index / RUN_COLOURS.len() % dashes.len()])
 }
 
 /// Of the run at this place.
 pub(crate) fn run(index: usize) -> Rgb {
-    RUNS[index % RUNS.len()]
+    RUN_COLOURS[index % RUN_COLOURS.len()]
 }
 
 /// Its name, for words beside a picture.
 #[cfg(feature = "rerun")]
 pub(crate) fn run_in_words(index: usize) -> &'static str {
-    ["orange", "blue", "pink", "yellow", "brown", "light blue", "black"][index % RUNS.len()]
+    ["orange", "blue", "pink", "yellow", "brown", "light blue", "black"][index % RUN_COLOURS.len()]
 }
 
 /// As CSS writes it.

@@ -5,10 +5,11 @@ use trueweld_core::Robot;
 use trueweld_evaluate::certify::{
     AcceptedFault, Evidence, Requirement, Sensitivity, ShownRun, Trial, Verdict, WeakPoint,
 };
-use trueweld_evaluate::laws::{LawComparison, Sweep};
+use trueweld_evaluate::laws::{LawComparison, ScenarioSweep};
 use trueweld_evaluate::study::{
     Confirmation, EnvelopePoint, FoundLimit, GlobalSensitivity, LayoutTask, LimitStudy,
-    LocalSensitivity, OutOfReach, Placed, PlacedPart, Placement, SensitivityStudy, StudyRun,
+    LocalSensitivity, OutOfReach, PlacedPart, Placement, RatedPlacement, SensitivityStudy,
+    StudyRun,
 };
 use trueweld_evaluate::tune::{TunedController, TunedLaw, Tuning};
 use trueweld_evaluate::{Limit, StepFigures, UncertainCell, WeldFigures};
@@ -16,7 +17,7 @@ use trueweld_identify::Identification;
 use trueweld_identify::plan::{PlanOptions, StiffnessPlan};
 use trueweld_measure::data::log::Log;
 use trueweld_measure::data::log::import::Proposal;
-use trueweld_measure::diagnose::{Diagnosis, Explanation, Reason};
+use trueweld_measure::diagnose::{Diagnosis, Explanation, ExplanationReason};
 use trueweld_measure::discover::Discovery;
 use trueweld_measure::improve::Improvement;
 use trueweld_measure::mistakes::{Found, Registered};
@@ -75,7 +76,7 @@ pub struct LawsReport<'a> {
     /// What was compared.
     pub comparison: &'a LawComparison<'a>,
     /// What came out.
-    pub sweeps: &'a [Sweep],
+    pub sweeps: &'a [ScenarioSweep],
     /// What the lateral deviation is to stay within, RMS, m; `None` where nothing is required.
     pub limit: Option<f64>,
     /// What the result is of.
@@ -206,7 +207,7 @@ pub struct DiagnoseReport<'a> {
     /// What was found.
     pub diagnosis: &'a Diagnosis,
     /// What is told of it.
-    pub account: &'a Explanation,
+    pub explanation: &'a Explanation,
     /// Laws outside the library that were found.
     pub discovered: &'a [Discovery],
     /// The logs under the model as it was given.
@@ -238,7 +239,7 @@ pub struct ImproveReport<'a> {
     /// stretches of the logs fitted were held out.
     pub held_out: [&'a [LogComparison]; 2],
     /// Why what was found first is believed.
-    pub reason: Option<&'a Reason>,
+    pub reason: Option<&'a ExplanationReason>,
     /// What a person should know besides.
     pub notices: &'a [Notice],
     /// What the result is of.
@@ -359,7 +360,7 @@ pub struct StudyLayoutReport<'a> {
     /// What was asked.
     pub task: &'a LayoutTask<'a>,
     /// Every placement of the family's grid.
-    pub grid: &'a [Placed],
+    pub grid: &'a [RatedPlacement],
     /// Figures that the front is of, by their places in the table.
     pub front_of: &'a [usize],
     /// Placements of the grid that no other one is better than in all of them.

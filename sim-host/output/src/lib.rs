@@ -40,7 +40,7 @@ pub use progress::Progress;
 pub use report::*;
 #[cfg(feature = "rerun")]
 pub use rerun::{Live, LiveWeld};
-pub use samples::{Samples, is_parquet};
+pub use samples::{BlockTable, is_parquet};
 pub use words::control::control_toml;
 pub use words::experiment::experiment_protocol;
 pub use words::identify::{identified_head, identified_source};

@@ -24,8 +24,8 @@ const KNOWN_FROM: f64 = 0.03;
 const WORTH_SAYING: f64 = 2.0;
 
 /// Shares of what the work so far makes expect, between which the whole will take.
-const LEAST: f64 = 0.7;
-const MOST: f64 = 1.5;
+const EXPECTED_SHARE_MIN: f64 = 0.7;
+const EXPECTED_SHARE_MAX: f64 = 1.5;
 
 impl Progress {
     /// A bar named `label` for a `total` in seconds of simulated time, or in pieces of equal work.
@@ -72,7 +72,7 @@ impl Progress {
             None => share >= KNOWN_FROM,
         };
         if again {
-            self.expect((LEAST * all).max(so_far), MOST * all);
+            self.expect((EXPECTED_SHARE_MIN * all).max(so_far), EXPECTED_SHARE_MAX * all);
         }
     }
 

@@ -1,11 +1,12 @@
 //! What every report says on a terminal, word for word, and that its file is valid by its published
 //! schema and reads back as it was written.
 
+use crate::sample;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::path::PathBuf;
 use trueweld_evaluate::certify::{self, WeakPoint};
-use trueweld_measure::diagnose::Verdict;
+use trueweld_measure::diagnose::DiagnosisVerdict;
 use trueweld_output::{
     CompareReport, ImproveReport, LawsReport, Report, StepReport, WeldReport, json,
 };
@@ -52,20 +53,17 @@ fn the_published_schemas_are_those_that_the_program_prints() {
 
 #[test]
 fn weld() {
-    let mut welds = crate::sample::welds(400);
+    let mut welds = sample::welds(400);
     welds.figures[0].limited_rows = 0;
     welds.figures[0].limits.clear();
-    let report = WeldReport {
-        runs: &welds.runs(),
-        exaggeration: 50.0,
-        provenance: crate::sample::provenance(),
-    };
+    let report =
+        WeldReport { runs: &welds.runs(), exaggeration: 50.0, provenance: sample::provenance() };
     insta::assert_snapshot!(told(&report));
 }
 
 #[test]
 fn a_pass_names_what_is_weak_in_its_headline_and_what_it_does_not_certify() {
-    let mut report = crate::sample::certificate();
+    let mut report = sample::certificate();
     report.passes = 2;
     let weld = &mut report.welds[0];
     for requirement in &mut weld.requirements {
@@ -100,51 +98,51 @@ fn a_pass_names_what_is_weak_in_its_headline_and_what_it_does_not_certify() {
 
 #[test]
 fn step() {
-    let mut steps = crate::sample::steps();
+    let mut steps = sample::steps();
     steps.figures[1].settle_5pct = None;
     let report = StepReport {
         runs: &steps.runs(),
-        at: crate::sample::STEP_AT,
-        height: crate::sample::STEP_HEIGHT,
-        provenance: crate::sample::provenance(),
+        at: sample::STEP_AT,
+        height: sample::STEP_HEIGHT,
+        provenance: sample::provenance(),
     };
     insta::assert_snapshot!(told(&report));
 }
 
 #[test]
 fn compare() {
-    let comparison = crate::sample::comparison();
+    let comparison = sample::comparison();
     let report = CompareReport {
         model: "model.toml".as_ref(),
         comparison: &comparison,
-        provenance: crate::sample::provenance(),
+        provenance: sample::provenance(),
     };
     insta::assert_snapshot!(told(&report));
 }
 
 #[test]
 fn diagnosis_of_one_effect() {
-    insta::assert_snapshot!(told(&crate::sample::diagnosis(Verdict::EffectFound).diagnosed()));
+    insta::assert_snapshot!(told(&sample::diagnosis(DiagnosisVerdict::EffectFound).diagnosed()));
 }
 
 #[test]
 fn diagnosis_of_two_that_the_logs_do_not_separate() {
-    let mut parts = crate::sample::diagnosis(Verdict::EffectFound);
+    let mut parts = sample::diagnosis(DiagnosisVerdict::EffectFound);
     parts.diagnosis.candidates[0].indistinguishable = vec![1];
-    parts.account.next_experiment = Some(crate::sample::plan());
+    parts.explanation.next_experiment = Some(sample::plan());
     insta::assert_snapshot!(told(&parts.diagnosed()));
 }
 
 #[test]
 fn diagnosis_of_an_unknown_effect() {
-    let mut parts = crate::sample::diagnosis(Verdict::UnknownEffect);
+    let mut parts = sample::diagnosis(DiagnosisVerdict::UnknownEffect);
     parts.diagnosis.candidates[0].held_out_after = 2.5;
     insta::assert_snapshot!(told(&parts.diagnosed()));
 }
 
 #[test]
 fn diagnosis_of_nothing() {
-    let mut parts = crate::sample::diagnosis(Verdict::Adequate);
+    let mut parts = sample::diagnosis(DiagnosisVerdict::Adequate);
     (parts.diagnosis.score_before, parts.diagnosis.held_out_calibrated) = (1.02, 1.02);
     parts.diagnosis.calibration.clear();
     insta::assert_snapshot!(told(&parts.diagnosed()));
@@ -152,31 +150,31 @@ fn diagnosis_of_nothing() {
 
 #[test]
 fn diagnosis_of_a_calibration() {
-    insta::assert_snapshot!(told(&crate::sample::diagnosis(Verdict::Adequate).diagnosed()));
+    insta::assert_snapshot!(told(&sample::diagnosis(DiagnosisVerdict::Adequate).diagnosed()));
 }
 
 #[test]
 fn improvement() {
-    let parts = crate::sample::diagnosis(Verdict::EffectFound);
-    let improvement = crate::sample::improvement(parts.diagnosis);
+    let parts = sample::diagnosis(DiagnosisVerdict::EffectFound);
+    let improvement = sample::improvement(parts.diagnosis);
     let report = ImproveReport {
         model: &parts.model,
         out: "improved.toml".as_ref(),
         improvement: &improvement,
-        posterior: Some(&crate::sample::posterior()),
+        posterior: Some(&sample::posterior()),
         before: &parts.before,
         after: &parts.after,
         held_out: [&parts.before, &parts.after],
-        reason: parts.account.reasons.first(),
+        reason: parts.explanation.reasons.first(),
         notices: &[],
-        provenance: crate::sample::provenance(),
+        provenance: sample::provenance(),
     };
     insta::assert_snapshot!(told(&report));
 }
 
 #[test]
 fn a_certificate_says_what_is_signed_on_pages_that_hold_it() {
-    let page = crate::sample::certificate().page();
+    let page = sample::certificate().page();
     for said in [
         "2000 mm at 10.0 mm/s under a push of 18.0 kN",
         "Pin of 5.00 mm, 600 rev/min counter-clockwise",
@@ -198,17 +196,17 @@ fn a_certificate_says_what_is_signed_on_pages_that_hold_it() {
 
 #[test]
 fn certificate() {
-    insta::assert_snapshot!(told(&crate::sample::certificate()));
+    insta::assert_snapshot!(told(&sample::certificate()));
 }
 
 #[test]
 fn comparison_of_laws() {
-    let laws = crate::sample::laws(&["none", "elastostatic", "learning"]);
+    let laws = sample::laws(&["none", "elastostatic", "learning"]);
     let report = LawsReport {
         comparison: &laws.comparison(),
         sweeps: &laws.sweeps,
         limit: Some(5e-5),
-        provenance: crate::sample::provenance(),
+        provenance: sample::provenance(),
     };
     insta::assert_snapshot!(told(&report));
 }

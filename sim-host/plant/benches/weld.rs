@@ -10,7 +10,7 @@ use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::expression::Expression;
 use trueweld_plant::input::{Control, InputFile, Process, RobotFile, Sensors, Weld};
 use trueweld_plant::integrate::{Integrator, Tolerance};
-use trueweld_plant::simulate::{Controller, Program, Scenario, Seam, run};
+use trueweld_plant::simulate::{ControllerKind, Scenario, Seam, WeldProgram, run};
 
 fn fixture(path: &str) -> String {
     format!("{}/../../fixtures/{path}", env!("CARGO_MANIFEST_DIR"))
@@ -40,10 +40,10 @@ fn benches(criterion: &mut Criterion) {
             controller_model: &robot.robot,
             planned: &process,
             weld,
-            program: Program::Weld,
+            program: WeldProgram::Weld,
             control: &control,
             sensors: &sensors,
-            controller: Controller::External,
+            controller: ControllerKind::External,
             law: &Entry::of::<Elastostatic<f64>>(),
             integrator,
             plant_step,

@@ -22,10 +22,13 @@ const FRAME_TOLERANCE: f64 = 1e-5;
 /// Length of the state vector.
 pub const STATES: usize = 26 + INTERNAL_STATES;
 
+/// What a cell's state holds, or how fast it changes.
+pub type StateVector = SVector<f64, STATES>;
+
 /// The cell's state: angles and rates on both sides of the gears, the channel behind the tool, the
 /// spindle, and what effects keep.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct State(pub SVector<f64, STATES>);
+pub struct State(pub StateVector);
 
 impl State {
     /// Everything at rest at these angles. `channel`: y_m, m.
@@ -97,7 +100,7 @@ fn wrench(axes: &Matrix3<f64>, force_w: &Vector3<f64>) -> Wrench<f64> {
 #[derive(Debug, Clone, Copy)]
 pub struct Evaluation {
     /// Time derivative of the state with the motors' torque left out.
-    pub rates: SVector<f64, STATES>,
+    pub rates: StateVector,
     /// Frames of the real arm.
     pub frames: Frames<f64>,
     /// Inertia matrix of the links.
@@ -201,12 +204,7 @@ impl Cell {
     /// The rates of [`evaluate`](Self::evaluate) within a step from a state whose evaluation is `near`:
     /// see [`ElasticRobot::link_acceleration_near`].
     #[inline]
-    pub fn rates_near(
-        &self,
-        time: f64,
-        state: &State,
-        near: &Evaluation,
-    ) -> Option<SVector<f64, STATES>> {
+    pub fn rates_near(&self, time: f64, state: &State, near: &Evaluation) -> Option<StateVector> {
         let drives = state.drives();
         let contact = self.contact(time, state, &drives);
         let spring = self.robot.spring_torque(&drives, state.internal());
@@ -231,7 +229,7 @@ impl Cell {
         spring: &JointVector<f64>,
         acceleration: &JointVector<f64>,
         reaction: &Reaction,
-    ) -> (SVector<f64, STATES>, JointVector<f64>) {
+    ) -> (StateVector, JointVector<f64>) {
         let mut friction_slope = JointVector::zeros();
         let mut rates = SVector::<f64, STATES>::zeros();
         for i in 0..6 {
@@ -250,11 +248,7 @@ impl Cell {
 
     /// Time derivative of the state under motor torque Γ, N·m, from its rates without.
     #[inline]
-    pub fn driven(
-        &self,
-        mut rates: SVector<f64, STATES>,
-        torque: &JointVector<f64>,
-    ) -> SVector<f64, STATES> {
+    pub fn driven(&self, mut rates: StateVector, torque: &JointVector<f64>) -> StateVector {
         for i in 0..6 {
             rates[18 + i] += torque[i] / self.robot.model.rotor_inertia()[i];
         }

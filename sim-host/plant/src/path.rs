@@ -8,10 +8,10 @@
 use nalgebra::{DMatrix, Matrix3, SVector, Vector3};
 
 /// Distance of two points below which they are one, m.
-const SAME: f64 = 1e-4;
+const SAME_POINT_DISTANCE: f64 = 1e-4;
 
 /// Least sine between path and normal: below, there is no direction across the seam to speak of.
-const LEAST_SINE: f64 = 0.1;
+const NORMAL_SINE_MIN: f64 = 0.1;
 
 /// Least cosine between the normals of neighbouring points.
 const LEAST_TURN: f64 = 0.5;
@@ -19,14 +19,14 @@ const LEAST_TURN: f64 = 0.5;
 /// Least radius of a bend, m: a tool's shoulder is as wide.
 pub const LEAST_RADIUS: f64 = 0.02;
 
-/// A path that comes nearer to itself than [`NEAR`], m, over a way of more than [`AWAY`], m, leaves
-/// open where on it a tool is.
-const NEAR: f64 = 0.03;
-const AWAY: f64 = 0.1;
+/// A path that comes nearer to itself than [`SELF_APPROACH_DISTANCE`], m, over a way of more than
+/// [`SELF_APPROACH_WAY`], m, leaves open where on it a tool is.
+const SELF_APPROACH_DISTANCE: f64 = 0.03;
+const SELF_APPROACH_WAY: f64 = 0.1;
 
 /// Way between two entries of the table, m, and the most of them.
-const STEP: f64 = 1e-3;
-const MOST: usize = 4096;
+const PATH_TABLE_STEP: f64 = 1e-3;
+const PATH_TABLE_ENTRIES_MAX: usize = 4096;
 
 /// Points of the table that are looked at for the nearest.
 const COARSE: usize = 128;
@@ -96,7 +96,7 @@ pub enum PathError {
     /// A path that comes back to itself.
     #[error(
         "a path that does not come back to itself; at {path:.3} m it is within {:.0} mm of {other:.3} m",
-        NEAR * 1e3
+        SELF_APPROACH_DISTANCE * 1e3
     )]
     Returns {
         /// The point that is nearest.
@@ -113,12 +113,12 @@ pub enum PathError {
 pub struct Path {
     /// Between two entries, m.
     step: f64,
-    entries: Vec<Entry>,
+    entries: Vec<PathEntry>,
 }
 
 /// Position, its derivative by the path, and the normal, of length 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Entry {
+struct PathEntry {
     position: Vector3<f64>,
     slope: Vector3<f64>,
     normal: Vector3<f64>,
@@ -132,8 +132,8 @@ impl Path {
     pub fn new(points: &[PathPoint], joined: Joined) -> Result<Self, PathError> {
         let points = checked(points)?;
         let track = match joined {
-            Joined::Spline => Track::spline(&points),
-            Joined::Legs(radius) => Track::legs(&points, radius)?,
+            Joined::Spline => PathTrack::spline(&points),
+            Joined::Legs(radius) => PathTrack::legs(&points, radius)?,
         };
         let path = track.table();
         path.check(&points)?;
@@ -148,7 +148,7 @@ impl Path {
     /// Where it is `path` m from its start, and its axes there: x along it, z into the surface, y =
     /// z × x.
     pub fn at(&self, path: f64) -> (Vector3<f64>, Matrix3<f64>) {
-        let Entry { position, slope, normal } = self.entry(path);
+        let PathEntry { position, slope, normal } = self.entry(path);
         let x = slope.normalize();
         let z = -(normal - x * x.dot(&normal)).normalize();
         (position, Matrix3::from_columns(&[x, z.cross(&x), z]))
@@ -166,7 +166,7 @@ impl Path {
             .fold((0, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best });
         let mut path = nearest as f64 * self.step;
         for _ in 0..20 {
-            let Entry { position, slope, .. } = self.entry(path);
+            let PathEntry { position, slope, .. } = self.entry(path);
             let by = (point - position).dot(&slope) / slope.norm_squared();
             path += by;
             if by.is_nan() || by.abs() <= 1e-13 {
@@ -186,7 +186,7 @@ impl Path {
         };
         let entries = self.entries.iter().enumerate().map(|(k, entry)| {
             let path = k as f64 * self.step;
-            Entry {
+            PathEntry {
                 position: place(path),
                 slope: (place(path + H) - place(path - H)) / (2.0 * H),
                 normal: entry.normal,
@@ -208,7 +208,7 @@ impl Path {
         move_point: impl Fn(&Vector3<f64>) -> Vector3<f64>,
         turn: &Matrix3<f64>,
     ) -> Self {
-        let entries = self.entries.iter().map(|entry| Entry {
+        let entries = self.entries.iter().map(|entry| PathEntry {
             position: move_point(&entry.position),
             slope: turn * entry.slope,
             normal: turn * entry.normal,
@@ -221,7 +221,8 @@ impl Path {
         let count = steps(length);
         let step = length / count as f64;
         let [x, z] = [0, 2].map(|k| axes.column(k).into_owned());
-        let at = |k: usize| Entry { position: start + x * (step * k as f64), slope: x, normal: -z };
+        let at =
+            |k: usize| PathEntry { position: start + x * (step * k as f64), slope: x, normal: -z };
         Self { step, entries: (0..=count).map(at).collect() }
     }
 
@@ -231,10 +232,12 @@ impl Path {
         (0..=count).map(|k| self.length() * k as f64 / count as f64).collect()
     }
 
-    fn entry(&self, path: f64) -> Entry {
+    fn entry(&self, path: f64) -> PathEntry {
         let last = self.entries.len() - 1;
-        let beyond =
-            |end: &Entry, by: f64| Entry { position: end.position + end.slope * by, ..*end };
+        let beyond = |end: &PathEntry, by: f64| PathEntry {
+            position: end.position + end.slope * by,
+            ..*end
+        };
         // Not a number is before the start, and stays what it is.
         if path.is_nan() || path <= 0.0 {
             return beyond(&self.entries[0], path);
@@ -249,7 +252,7 @@ impl Path {
         let (u2, u3) = (u * u, u * u * u);
         let h = self.step;
         let way = b.position - a.position;
-        Entry {
+        PathEntry {
             position: a.position
                 + way * (3.0 * u2 - 2.0 * u3)
                 + a.slope * (h * (u3 - 2.0 * u2 + u))
@@ -280,16 +283,16 @@ impl Path {
             }
             let [slope, normal] = [pair[0].slope, pair[0].normal];
             let sine = slope.cross(&normal).norm() / (slope.norm() * normal.norm());
-            if sine.is_nan() || sine < LEAST_SINE {
+            if sine.is_nan() || sine < NORMAL_SINE_MIN {
                 return Err(PathError::AlongPath(point(path)));
             }
         }
         let places: Vec<(f64, Vector3<f64>)> =
             self.places(4 * COARSE).into_iter().map(|s| (s, self.at(s).0)).collect();
         for (k, (path, here)) in places.iter().enumerate() {
-            let back = places[..k]
-                .iter()
-                .find(|(s, there)| path - s > AWAY && (here - there).norm() < NEAR);
+            let back = places[..k].iter().find(|(s, there)| {
+                path - s > SELF_APPROACH_WAY && (here - there).norm() < SELF_APPROACH_DISTANCE
+            });
             if let Some((other, _)) = back {
                 return Err(PathError::Returns { point: point(*path), path: *path, other: *other });
             }
@@ -299,7 +302,7 @@ impl Path {
 }
 
 fn steps(length: f64) -> usize {
-    ((length / STEP).ceil() as usize).clamp(16, MOST)
+    ((length / PATH_TABLE_STEP).ceil() as usize).clamp(16, PATH_TABLE_ENTRIES_MAX)
 }
 
 /// Points that a path can be made of, with normals of length 1.
@@ -313,7 +316,7 @@ fn checked(points: &[PathPoint]) -> Result<Vec<PathPoint>, PathError> {
         let normal = normal.ok_or(PathError::NoNormal(k))?;
         if let Some(before) = checked.last() {
             let apart = (point.position - before.position).norm();
-            if apart.is_nan() || apart <= SAME {
+            if apart.is_nan() || apart <= SAME_POINT_DISTANCE {
                 return Err(PathError::Doubled(k));
             }
             if before.normal.dot(&normal) < LEAST_TURN {
@@ -324,7 +327,9 @@ fn checked(points: &[PathPoint]) -> Result<Vec<PathPoint>, PathError> {
     }
     for (k, pair) in checked.windows(2).enumerate() {
         let along = (pair[1].position - pair[0].position).normalize();
-        if let Some(end) = (0..2).find(|end| along.cross(&pair[*end].normal).norm() < LEAST_SINE) {
+        if let Some(end) =
+            (0..2).find(|end| along.cross(&pair[*end].normal).norm() < NORMAL_SINE_MIN)
+        {
             return Err(PathError::AlongPath(k + end));
         }
     }
@@ -332,21 +337,21 @@ fn checked(points: &[PathPoint]) -> Result<Vec<PathPoint>, PathError> {
 }
 
 /// A path by some parameter.
-enum Track {
+enum PathTrack {
     /// Knots, and position (1 to 3) and normal (4 to 6) there with their second derivatives.
     Spline(Vec<(f64, [SVector<f64, 6>; 2])>),
     /// Legs and arcs one behind the other, by way; and the normals at these ways.
-    Legs { pieces: Vec<(f64, Piece)>, normals: Vec<(f64, Vector3<f64>)> },
+    Legs { pieces: Vec<(f64, PathPiece)>, normals: Vec<(f64, Vector3<f64>)> },
 }
 
 /// A straight leg from a point in a direction; or an arc about a centre, from one end of which
 /// `across` points from the centre, and `along` along it.
-enum Piece {
+enum PathPiece {
     Leg { from: Vector3<f64>, along: Vector3<f64> },
     Arc { center: Vector3<f64>, across: Vector3<f64>, along: Vector3<f64>, radius: f64 },
 }
 
-impl Track {
+impl PathTrack {
     /// The not-a-knot cubic spline over the chords; a parabola through three points.
     fn spline(points: &[PathPoint]) -> Self {
         let n = points.len();
@@ -420,7 +425,7 @@ impl Track {
             let from = points[k].position + along[k] * cut[k].1;
             let leg = length(k) - cut[k].1 - cut[k + 1].1;
             if leg > 0.0 {
-                pieces.push((way, Piece::Leg { from, along: along[k] }));
+                pieces.push((way, PathPiece::Leg { from, along: along[k] }));
                 way += leg;
             }
             let (angle, taken) = cut[k + 1];
@@ -429,7 +434,7 @@ impl Track {
                 let radius = radius.unwrap_or(LEAST_RADIUS);
                 let inward = (along[k + 1] - along[k] * angle.cos()).normalize();
                 let start = points[k + 1].position - along[k] * taken;
-                let arc = Piece::Arc {
+                let arc = PathPiece::Arc {
                     center: start + inward * radius,
                     across: -inward,
                     along: along[k],
@@ -452,7 +457,7 @@ impl Track {
     }
 
     /// Position, its derivative by the parameter, and normal.
-    fn at(&self, t: f64) -> Entry {
+    fn at(&self, t: f64) -> PathEntry {
         match self {
             Self::Spline(knots) => {
                 let k = knots.partition_point(|knot| knot.0 <= t).clamp(1, knots.len() - 1) - 1;
@@ -465,7 +470,7 @@ impl Track {
                     + (bend_a * (p * p * p - p) + bend_b * (q * q * q - q)) * (h * h / 6.0);
                 let slope = (b - a) / h
                     + (bend_b * (3.0 * q * q - 1.0) - bend_a * (3.0 * p * p - 1.0)) * (h / 6.0);
-                Entry {
+                PathEntry {
                     position: value.fixed_rows::<3>(0).into_owned(),
                     slope: slope.fixed_rows::<3>(0).into_owned(),
                     normal: value.fixed_rows::<3>(3).into_owned(),
@@ -476,8 +481,8 @@ impl Track {
                 let (from, piece) = &pieces[k];
                 let by = t - from;
                 let (position, slope) = match piece {
-                    Piece::Leg { from, along } => (from + along * by, *along),
-                    Piece::Arc { center, across, along, radius } => {
+                    PathPiece::Leg { from, along } => (from + along * by, *along),
+                    PathPiece::Arc { center, across, along, radius } => {
                         let (sin, cos) = (by / radius).sin_cos();
                         (
                             center + (across * cos + along * sin) * *radius,
@@ -487,7 +492,7 @@ impl Track {
                 };
                 let k = normals.partition_point(|n| n.0 <= t).clamp(1, normals.len() - 1) - 1;
                 let ((from, a), (to, b)) = (normals[k], normals[k + 1]);
-                Entry { position, slope, normal: a + (b - a) * ((t - from) / (to - from)) }
+                PathEntry { position, slope, normal: a + (b - a) * ((t - from) / (to - from)) }
             }
         }
     }
@@ -513,7 +518,7 @@ impl Track {
             let next = ways.partition_point(|w| *w <= way).clamp(1, fine);
             let share = (way - ways[next - 1]) / (ways[next] - ways[next - 1]);
             let entry = self.at(end * ((next - 1) as f64 + share) / fine as f64);
-            Entry { slope: entry.slope.normalize(), normal: entry.normal.normalize(), ..entry }
+            PathEntry { slope: entry.slope.normalize(), normal: entry.normal.normalize(), ..entry }
         };
         Path { step, entries: (0..=count).map(entry).collect() }
     }

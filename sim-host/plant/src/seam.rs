@@ -29,7 +29,7 @@ pub struct Seam {
 
 /// A place seen from a seam.
 #[derive(Debug, Clone, Copy)]
-pub struct Placed {
+pub struct SeamPosition {
     /// Path position, across the seam, and depth, m.
     pub position: Vector3<f64>,
     /// Axes of W in B there.
@@ -133,19 +133,19 @@ impl Seam {
     /// Where a point of B is along the seam, across it and below the surface, with the axes of W
     /// there.
     #[inline]
-    pub fn place(&self, point: &Vector3<f64>) -> Placed {
+    pub fn place(&self, point: &Vector3<f64>) -> SeamPosition {
         match &self.path {
             None => {
                 let axes = self.b_from_w.rotation;
                 let t_w = axes.transpose();
-                Placed { position: t_w * (point - self.b_from_w.position), axes }
+                SeamPosition { position: t_w * (point - self.b_from_w.position), axes }
             }
             Some(way) => {
                 let path = way.nearest(point);
                 let (origin, axes) = way.at(path);
                 let mut position = axes.tr_mul(&(point - origin));
                 position.x = path;
-                Placed { position, axes }
+                SeamPosition { position, axes }
             }
         }
     }

@@ -6,7 +6,7 @@
 
 use crate::counts::ClientCounts;
 use crate::frame::{self, Frame, MM};
-use crate::guard::Bounds;
+use crate::guard::CorrectionBounds;
 use crate::packet::{PACKET_BYTES, PacketError, Rob, SeamReading, Sen, WeldChannels};
 use nalgebra::Vector3;
 use std::io::ErrorKind;
@@ -14,7 +14,8 @@ use std::net::{IpAddr, SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 use trueweld_core::compensation::{Compensated, Compensator, DeviationMeasurement, Observation};
 use trueweld_core::control::{
-    Command, ForceSensorLimits, HybridController, InputCheck, Limited, SensorReadings, Setpoint,
+    DriveCommand, ForceSensorLimits, HybridController, InputCheck, Limited, SensorReadings,
+    Setpoint,
 };
 use trueweld_core::monitor::{HealthMonitor, HealthSignals};
 use trueweld_core::{Fault, JointVector, Robot, Twist, Wrench};
@@ -104,8 +105,8 @@ enum Begins {
 struct NoDrives;
 
 impl NoDrives {
-    fn command(fault: Option<Fault>) -> Command<f64> {
-        Command {
+    fn command(fault: Option<Fault>) -> DriveCommand<f64> {
+        DriveCommand {
             torque: JointVector::zeros(),
             fault,
             force_error: 0.0,
@@ -124,7 +125,7 @@ impl HybridController<f64> for NoDrives {
         _: &Robot<f64>,
         _: &Setpoint<f64>,
         _: &SensorReadings<f64>,
-    ) -> Command<f64> {
+    ) -> DriveCommand<f64> {
         Self::command(None)
     }
 }
@@ -241,7 +242,7 @@ impl<'a> Client<'a> {
     fn follows(&mut self, ipoc: u64, delay: u32, path: f64) -> Option<Begins> {
         let Some(last) = &self.last else { return Some(Begins::Rsi) };
         let cycle = ((self.period * 1e3).round() as u64).max(1);
-        let most_missed = u64::from(Bounds::default().timeout);
+        let most_missed = u64::from(CorrectionBounds::default().timeout);
         // How far a time stamp is ahead of another, where it is by no more than so much.
         let ahead = |of: u64, most: u128| {
             ipoc.checked_sub(of).filter(|ahead| *ahead > 0 && u128::from(*ahead) <= most)

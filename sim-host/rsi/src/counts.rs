@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 /// How far back an answer is recognised, cycles.
-const REMEMBERED: usize = 256;
+const REMEMBERED_CYCLES: usize = 256;
 
 /// The controller's side.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -83,7 +83,7 @@ pub struct Answers {
 impl Answers {
     /// A cycle begins.
     pub fn sent(&mut self, ipoc: u64) {
-        if self.sent.len() == REMEMBERED {
+        if self.sent.len() == REMEMBERED_CYCLES {
             self.sent.pop_front();
         }
         self.sent.push_back((ipoc, false));

@@ -9,7 +9,7 @@ use std::fmt;
 
 /// Bounds of a correction, and how missing answers are taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bounds {
+pub struct CorrectionBounds {
     /// Largest component of the translation, mm: more is cut off.
     pub clamp_mm: f64,
     /// Largest component of the rotation and of an axis, degrees: more is cut off.
@@ -28,7 +28,7 @@ pub struct Bounds {
     pub timeout: u32,
 }
 
-impl Default for Bounds {
+impl Default for CorrectionBounds {
     fn default() -> Self {
         Self {
             clamp_mm: 5.0,
@@ -44,7 +44,7 @@ impl Default for Bounds {
 
 /// Why RSI stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stop {
+pub enum StopReason {
     /// Too many cycles without an answer.
     Timeout,
     /// The correction was larger than is monitored (KSS29000).
@@ -55,7 +55,7 @@ pub enum Stop {
     Socket,
 }
 
-impl fmt::Display for Stop {
+impl fmt::Display for StopReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Timeout => "no answer for too many cycles",
@@ -69,7 +69,7 @@ impl fmt::Display for Stop {
 /// The correction in force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Guard {
-    bounds: Bounds,
+    bounds: CorrectionBounds,
     /// Of the pose.
     pub pose: Frame,
     /// Of the axes, degrees.
@@ -78,16 +78,17 @@ pub struct Guard {
 
 impl Guard {
     /// Nothing corrected.
-    pub fn new(bounds: Bounds) -> Self {
+    pub fn new(bounds: CorrectionBounds) -> Self {
         Self { bounds, pose: [0.0; 6], axes: [0.0; 6] }
     }
 
     /// Takes a client's correction. True where something of it was cut off.
     ///
     /// # Errors
-    /// [`Stop::Correction`]; the correction in force stays as it was.
-    pub fn take(&mut self, pose: &Frame, axes: &[f64; 6]) -> Result<bool, Stop> {
-        let Bounds { clamp_mm, clamp_deg, monitor_mm, monitor_deg, relative, .. } = self.bounds;
+    /// [`StopReason::Correction`]; the correction in force stays as it was.
+    pub fn take(&mut self, pose: &Frame, axes: &[f64; 6]) -> Result<bool, StopReason> {
+        let CorrectionBounds { clamp_mm, clamp_deg, monitor_mm, monitor_deg, relative, .. } =
+            self.bounds;
         let most = [clamp_mm, clamp_mm, clamp_mm, clamp_deg, clamp_deg, clamp_deg];
         let mut cut = false;
         let mut next = |before: &[f64; 6], given: &[f64; 6], most: &[f64; 6]| {
@@ -109,7 +110,7 @@ impl Guard {
             || size([a, b, c]) > monitor_deg
             || axes.iter().any(|axis| axis.abs() > monitor_deg)
         {
-            return Err(Stop::Correction);
+            return Err(StopReason::Correction);
         }
         (self.pose, self.axes) = (pose, axes);
         Ok(cut)

@@ -24,5 +24,5 @@ pub mod packet;
 
 pub use client::{Client, Seen, Served, serve};
 pub use counts::{ClientCounts, LinkCounts};
-pub use guard::{Bounds, Stop};
-pub use link::{Link, LinkError, Pace, pass_through};
+pub use guard::{CorrectionBounds, StopReason};
+pub use link::{CycleTimeout, Link, LinkError, pass_through};

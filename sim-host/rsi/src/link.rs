@@ -6,7 +6,7 @@
 
 use crate::counts::{Answers, LinkCounts, Timing};
 use crate::frame::{self, MM};
-use crate::guard::{Bounds, Guard, Stop};
+use crate::guard::{CorrectionBounds, Guard, StopReason};
 use crate::packet::{Element, PACKET_BYTES, PacketError, Rob, SeamReading, Sen, WeldChannels};
 use nalgebra::Vector3;
 use std::cell::Cell;
@@ -24,7 +24,7 @@ const FIRST_IPOC: u64 = 100_000;
 
 /// How long a cycle is waited for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pace {
+pub enum CycleTimeout {
     /// Each cycle takes its time, and an answer after its end is late.
     RealTime,
     /// A cycle ends with its answer; without one it ends after so long.
@@ -52,7 +52,7 @@ pub enum LinkError {
 pub struct Link {
     socket: UdpSocket,
     client: SocketAddr,
-    pace: Pace,
+    pace: CycleTimeout,
     cycle: Duration,
     /// What a packet has.
     elements: Vec<Element>,
@@ -71,7 +71,7 @@ pub struct Link {
     began: Option<Instant>,
     /// Path of the last cycle, m.
     path: Option<f64>,
-    stopped: Rc<Cell<Option<Stop>>>,
+    stopped: Rc<Cell<Option<StopReason>>>,
 }
 
 /// The file's gains without a law's own limits: what the guard lets through acts at once.
@@ -95,7 +95,7 @@ impl Link {
         client: SocketAddr,
         seam: &Seam,
         period: f64,
-        (bounds, pace, elements): (Bounds, Pace, &[Element]),
+        (bounds, pace, elements): (CorrectionBounds, CycleTimeout, &[Element]),
     ) -> Result<Self, LinkError> {
         let milliseconds = period * 1e3;
         let cycle = match milliseconds.round() {
@@ -136,11 +136,11 @@ impl Link {
     }
 
     /// Set once RSI has stopped; shared, for whoever drives the run.
-    pub fn stopped(&self) -> Rc<Cell<Option<Stop>>> {
+    pub fn stopped(&self) -> Rc<Cell<Option<StopReason>>> {
         Rc::clone(&self.stopped)
     }
 
-    fn stop(&mut self, stop: Stop) {
+    fn stop(&mut self, stop: StopReason) {
         if self.stopped.get().is_none() {
             self.stopped.set(Some(stop));
         }
@@ -182,7 +182,7 @@ impl Link {
     /// Waits for the beginning of a cycle in real time; the end of it.
     fn begin(&mut self) -> Instant {
         let now = Instant::now();
-        if let Pace::LockStep(longest) = self.pace {
+        if let CycleTimeout::LockStep(longest) = self.pace {
             return now + longest;
         }
         let due = self.began.map_or(now, |began| began + self.cycle);
@@ -214,7 +214,7 @@ impl Link {
                     // Nobody listens at the client's port yet: the system says so here.
                     ErrorKind::ConnectionRefused | ErrorKind::Interrupted => continue,
                     _ => {
-                        self.stop(Stop::Socket);
+                        self.stop(StopReason::Socket);
                         return None;
                     }
                 },
@@ -258,14 +258,14 @@ impl Link {
                     Err(stop) => self.stop(stop),
                 }
                 if answer.stop {
-                    self.stop(Stop::Asked);
+                    self.stop(StopReason::Asked);
                 }
             }
             None => {
                 self.missed += 1;
                 self.guard.miss();
                 if self.missed > self.timeout {
-                    self.stop(Stop::Timeout);
+                    self.stop(StopReason::Timeout);
                 }
             }
         }

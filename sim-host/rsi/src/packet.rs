@@ -14,15 +14,15 @@ pub const PACKET_BYTES: usize = 4096;
 /// Most readings of a seam sensor in a packet.
 pub const READINGS: usize = 4;
 
-const AXES: [&str; 6] = ["A1", "A2", "A3", "A4", "A5", "A6"];
-const EXTERNAL: [&str; 6] = ["E1", "E2", "E3", "E4", "E5", "E6"];
-const FRAME: [&str; 6] = ["X", "Y", "Z", "A", "B", "C"];
-const TORQUES: [&str; 6] = ["T1", "T2", "T3", "T4", "T5", "T6"];
-const WRENCH: [&str; 6] = ["FX", "FY", "FZ", "MX", "MY", "MZ"];
-const WELD: [&str; 3] = ["Path", "Feed", "Push"];
-const VALUES: [&str; READINGS] = ["V1", "V2", "V3", "V4"];
-const AGES: [&str; READINGS] = ["T1", "T2", "T3", "T4"];
-const KINDS: [&str; READINGS] = ["K1", "K2", "K3", "K4"];
+const AXIS_ATTRIBUTES: [&str; 6] = ["A1", "A2", "A3", "A4", "A5", "A6"];
+const EXTERNAL_AXIS_ATTRIBUTES: [&str; 6] = ["E1", "E2", "E3", "E4", "E5", "E6"];
+const FRAME_ATTRIBUTES: [&str; 6] = ["X", "Y", "Z", "A", "B", "C"];
+const TORQUE_ATTRIBUTES: [&str; 6] = ["T1", "T2", "T3", "T4", "T5", "T6"];
+const WRENCH_ATTRIBUTES: [&str; 6] = ["FX", "FY", "FZ", "MX", "MY", "MZ"];
+const WELD_ATTRIBUTES: [&str; 3] = ["Path", "Feed", "Push"];
+const VALUE_ATTRIBUTES: [&str; READINGS] = ["V1", "V2", "V3", "V4"];
+const AGE_ATTRIBUTES: [&str; READINGS] = ["T1", "T2", "T3", "T4"];
+const KIND_ATTRIBUTES: [&str; READINGS] = ["K1", "K2", "K3", "K4"];
 
 /// An element of the controller's packet, by its name in a context.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -107,12 +107,15 @@ pub enum PacketError {
 
 impl PacketError {
     fn number(place: impl Into<String>, text: &str) -> Self {
-        Self::Number { place: place.into(), text: text.chars().take(SHOWN).collect() }
+        Self::Number {
+            place: place.into(),
+            text: text.chars().take(SHOWN_VALUE_CHARACTERS).collect(),
+        }
     }
 }
 
 /// Most characters of a wrong value that are told.
-const SHOWN: usize = 20;
+const SHOWN_VALUE_CHARACTERS: usize = 20;
 
 /// One reading of a seam sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -199,22 +202,32 @@ impl Rob {
 
     fn write(&self, text: &mut String, of: Element) {
         match (of, &self.weld) {
-            (Element::RIst, _) => element(text, "RIst", &FRAME, &self.actual),
+            (Element::RIst, _) => element(text, "RIst", &FRAME_ATTRIBUTES, &self.actual),
             (Element::RSol, _) => {
-                self.commanded.iter().for_each(|frame| element(text, "RSol", &FRAME, frame));
+                self.commanded
+                    .iter()
+                    .for_each(|frame| element(text, "RSol", &FRAME_ATTRIBUTES, frame));
             }
-            (Element::AIPos, _) => element(text, "AIPos", &AXES, &self.axes),
+            (Element::AIPos, _) => element(text, "AIPos", &AXIS_ATTRIBUTES, &self.axes),
             (Element::ASPos, _) => {
-                self.commanded_axes.iter().for_each(|axes| element(text, "ASPos", &AXES, axes));
+                self.commanded_axes
+                    .iter()
+                    .for_each(|axes| element(text, "ASPos", &AXIS_ATTRIBUTES, axes));
             }
-            (Element::EIPos, _) => element(text, "EIPos", &EXTERNAL, &self.external),
+            (Element::EIPos, _) => {
+                element(text, "EIPos", &EXTERNAL_AXIS_ATTRIBUTES, &self.external)
+            }
             (Element::Delay, _) => {
                 let _ = write!(text, "<Delay D=\"{}\"/>", self.delay);
             }
-            (Element::Torque, Some(weld)) => element(text, "Torque", &TORQUES, &weld.torque),
-            (Element::Wrench, Some(weld)) => element(text, "Wrench", &WRENCH, &weld.wrench),
+            (Element::Torque, Some(weld)) => {
+                element(text, "Torque", &TORQUE_ATTRIBUTES, &weld.torque)
+            }
+            (Element::Wrench, Some(weld)) => {
+                element(text, "Wrench", &WRENCH_ATTRIBUTES, &weld.wrench)
+            }
             (Element::Weld, Some(weld)) => {
-                element(text, "Weld", &WELD, &[weld.path, weld.feed, weld.push]);
+                element(text, "Weld", &WELD_ATTRIBUTES, &[weld.path, weld.feed, weld.push]);
             }
             (Element::Seam, Some(weld)) => seam(text, &weld.seam),
             (Element::Torque | Element::Wrench | Element::Weld | Element::Seam, None) => {}
@@ -232,11 +245,11 @@ impl Rob {
                 None => None,
             };
             Ok(Self {
-                actual: numbers(needed(root, "RIst")?, &FRAME)?,
-                commanded: optional(root, "RSol", &FRAME)?,
-                axes: numbers(needed(root, "AIPos")?, &AXES)?,
-                commanded_axes: optional(root, "ASPos", &AXES)?,
-                external: optional(root, "EIPos", &EXTERNAL)?.unwrap_or_default(),
+                actual: numbers(needed(root, "RIst")?, &FRAME_ATTRIBUTES)?,
+                commanded: optional(root, "RSol", &FRAME_ATTRIBUTES)?,
+                axes: numbers(needed(root, "AIPos")?, &AXIS_ATTRIBUTES)?,
+                commanded_axes: optional(root, "ASPos", &AXIS_ATTRIBUTES)?,
+                external: optional(root, "EIPos", &EXTERNAL_AXIS_ATTRIBUTES)?.unwrap_or_default(),
                 delay: whole(needed(root, "Delay")?.attribute("D"), "Delay D")?,
                 weld,
                 ipoc: ipoc(root)?,
@@ -249,7 +262,7 @@ impl Rob {
 fn seam(text: &mut String, readings: &[SeamReading]) {
     let _ = write!(text, "<Seam N=\"{}\"", readings.len().min(READINGS));
     for (k, reading) in readings.iter().take(READINGS).enumerate() {
-        let [kind, value, age] = [KINDS[k], VALUES[k], AGES[k]];
+        let [kind, value, age] = [KIND_ATTRIBUTES[k], VALUE_ATTRIBUTES[k], AGE_ATTRIBUTES[k]];
         let across = u8::from(!reading.across);
         let _ = write!(
             text,
@@ -261,12 +274,13 @@ fn seam(text: &mut String, readings: &[SeamReading]) {
 }
 
 fn weld_channels(root: Node<'_, '_>, weld: Node<'_, '_>) -> Result<WeldChannels, PacketError> {
-    let [path, feed, push] = numbers(weld, &WELD)?;
+    let [path, feed, push] = numbers(weld, &WELD_ATTRIBUTES)?;
     let mut readings = Vec::new();
     if let Some(seam) = find(root, "Seam")? {
         let count: u32 = whole(seam.attribute("N"), "Seam N")?;
         for k in 0..count as usize {
-            let (Some(kind), Some(value), Some(age)) = (KINDS.get(k), VALUES.get(k), AGES.get(k))
+            let (Some(kind), Some(value), Some(age)) =
+                (KIND_ATTRIBUTES.get(k), VALUE_ATTRIBUTES.get(k), AGE_ATTRIBUTES.get(k))
             else {
                 return Err(PacketError::number("Seam N", &count.to_string()));
             };
@@ -275,8 +289,8 @@ fn weld_channels(root: Node<'_, '_>, weld: Node<'_, '_>) -> Result<WeldChannels,
         }
     }
     Ok(WeldChannels {
-        torque: numbers(needed(root, "Torque")?, &TORQUES)?,
-        wrench: numbers(needed(root, "Wrench")?, &WRENCH)?,
+        torque: numbers(needed(root, "Torque")?, &TORQUE_ATTRIBUTES)?,
+        wrench: numbers(needed(root, "Wrench")?, &WRENCH_ATTRIBUTES)?,
         path,
         feed,
         push,
@@ -289,9 +303,9 @@ impl Sen {
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut text = String::with_capacity(300);
         text.push_str("<Sen Type=\"ImFree\"><EStr></EStr>");
-        element(&mut text, "RKorr", &FRAME, &self.correction);
+        element(&mut text, "RKorr", &FRAME_ATTRIBUTES, &self.correction);
         if self.axes != [0.0; 6] {
-            element(&mut text, "AKorr", &AXES, &self.axes);
+            element(&mut text, "AKorr", &AXIS_ATTRIBUTES, &self.axes);
         }
         let _ =
             write!(text, "<Stop>{}</Stop><IPOC>{}</IPOC></Sen>", u8::from(self.stop), self.ipoc);
@@ -304,10 +318,10 @@ impl Sen {
     /// [`PacketError`].
     pub fn read(bytes: &[u8]) -> Result<Self, PacketError> {
         document(bytes, "Sen", |root| {
-            let correction = components(find(root, "RKorr")?, &FRAME)?;
+            let correction = components(find(root, "RKorr")?, &FRAME_ATTRIBUTES)?;
             let axes = match (find(root, "AKorr")?, find(root, "AK")?) {
                 (Some(_), Some(_)) => return Err(PacketError::Twice("AKorr")),
-                (axes, None) | (None, axes) => components(axes, &AXES)?,
+                (axes, None) | (None, axes) => components(axes, &AXIS_ATTRIBUTES)?,
             };
             let stop = match find(root, "Stop")?.map(|e| e.text().unwrap_or_default().trim()) {
                 None | Some("0") => false,

@@ -11,23 +11,24 @@ use trueweld_core::Fault;
 use trueweld_core::compensation::Compensator;
 use trueweld_plant::input::Control;
 use trueweld_plant::simulate::{
-    Controller, Phase, Program, Recording, Scenario, Seam, run, run_with,
+    ControllerKind, Phase, Recording, Scenario, Seam, WeldProgram, run, run_with,
 };
 use trueweld_rsi::client::Knowledge;
 use trueweld_rsi::packet::{Element, Rob, Sen, WeldChannels};
 use trueweld_rsi::{
-    Bounds, Client, ClientCounts, Link, LinkCounts, Pace, Served, Stop, pass_through, serve,
+    Client, ClientCounts, CorrectionBounds, CycleTimeout, Link, LinkCounts, Served, StopReason,
+    pass_through, serve,
 };
 
 /// Longest that an answer may take in lock-step: a busy machine is no fault of the code.
-const PATIENCE: Pace = Pace::LockStep(Duration::from_secs(20));
+const PATIENCE: CycleTimeout = CycleTimeout::LockStep(Duration::from_secs(20));
 
 /// How long a controller is waited for, and after which silence it has gone.
 const FIRST: Duration = Duration::from_secs(60);
 const SILENCE: Duration = Duration::from_secs(3);
 
 /// Bounds of a sensor context that was opened as far as the law's own limits go.
-const OPENED: Bounds = Bounds {
+const OPENED: CorrectionBounds = CorrectionBounds {
     clamp_mm: 15.0,
     clamp_deg: 5.0,
     monitor_mm: 20.0,
@@ -56,7 +57,7 @@ impl Files {
     /// Calls `with` with the scenario under these gains.
     fn scenario<R>(&self, control: &Control, with: impl FnOnce(&Scenario<'_>) -> R) -> R {
         let (cell, law) = (self.of.cell(&[]), cell::law(self.law));
-        let scenario = self.of.scenario(&cell, Program::Weld, Controller::External, &law);
+        let scenario = self.of.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law);
         with(&Scenario { control, ..scenario })
     }
 
@@ -93,10 +94,10 @@ impl Files {
         &self,
         socket: UdpSocket,
         client: SocketAddr,
-        bounds: Bounds,
-        pace: Pace,
+        bounds: CorrectionBounds,
+        pace: CycleTimeout,
         longest: f64,
-    ) -> (Recording, LinkCounts, Option<Stop>) {
+    ) -> (Recording, LinkCounts, Option<StopReason>) {
         let seam = Seam::of(&self.of.weld);
         let mut link = Link::new(
             socket,
@@ -106,7 +107,7 @@ impl Files {
             (bounds, pace, &Element::WELD),
         )
         .expect("a cycle of RSI");
-        let stopped: Rc<Cell<Option<Stop>>> = link.stopped();
+        let stopped: Rc<Cell<Option<StopReason>>> = link.stopped();
         let recording = self.scenario(&pass_through(&self.of.control), |scenario| {
             run_with(scenario, &mut link, |row| match stopped.get() {
                 None if row.time < longest => ControlFlow::Continue(()),
@@ -129,10 +130,10 @@ fn address(socket: &UdpSocket) -> SocketAddr {
 fn both(
     files: &Files,
     authority: [f64; 2],
-    bounds: Bounds,
-    pace: Pace,
+    bounds: CorrectionBounds,
+    pace: CycleTimeout,
     longest: f64,
-) -> (Recording, LinkCounts, Option<Stop>, ClientCounts) {
+) -> (Recording, LinkCounts, Option<StopReason>, ClientCounts) {
     let (robot, pc) = (socket(), socket());
     let to = address(&pc);
     thread::scope(|scope| {
@@ -235,7 +236,7 @@ fn a_part_of_a_weld_in_real_time() {
     let files = Files::new("elastostatic", 0.012, 0.2);
     let begun = Instant::now();
     let (recording, link, stop, client) =
-        both(&files, [5.0, 5.0], Bounds::default(), Pace::RealTime, 4.0);
+        both(&files, [5.0, 5.0], CorrectionBounds::default(), CycleTimeout::RealTime, 4.0);
     let seconds = link.cycles as f64 * 0.012;
     // A cycle takes its time; and no more, but for what a busy machine adds.
     assert!(begun.elapsed().as_secs_f64() > seconds - 0.012);
@@ -249,14 +250,15 @@ fn a_part_of_a_weld_in_real_time() {
 fn a_correction_beyond_the_default_bounds_is_cut_off_and_one_that_knows_them_is_not() {
     let files = Files::new("elastostatic", 0.012, 0.5);
     // This weld needs up to 5.2 mm. A client that knows its authority stays within it.
-    let (_, link, stop, _) = both(&files, [5.0, 5.0], Bounds::default(), PATIENCE, f64::MAX);
+    let (_, link, stop, _) =
+        both(&files, [5.0, 5.0], CorrectionBounds::default(), PATIENCE, f64::MAX);
     assert_eq!((link.clamped, stop), (0, None));
-    let tight = Bounds { clamp_mm: 2.0, ..Bounds::default() };
+    let tight = CorrectionBounds { clamp_mm: 2.0, ..CorrectionBounds::default() };
     let (_, link, stop, _) = both(&files, [15.0, 5.0], tight, PATIENCE, f64::MAX);
     assert!(link.clamped > 100 && stop.is_none(), "{link:?} {stop:?}");
-    let watched = Bounds { monitor_mm: 2.0, ..Bounds::default() };
+    let watched = CorrectionBounds { monitor_mm: 2.0, ..CorrectionBounds::default() };
     let (recording, link, stop, _) = both(&files, [15.0, 5.0], watched, PATIENCE, f64::MAX);
-    assert_eq!(stop, Some(Stop::Correction));
+    assert_eq!(stop, Some(StopReason::Correction));
     // The run ends where RSI stops, and what was too much never acted.
     assert!((link.cycles as usize) < recording.rows.len());
     let size = |row: &trueweld_plant::simulate::RecordRow| row.correction_w.linear.norm();
@@ -270,7 +272,7 @@ fn faults_on_the_line_are_counted_and_survived() {
     let (robot, pc, other_sender) = (socket(), socket(), socket());
     let (to, controller) = (address(&pc), address(&robot));
     // Short: an answer that is missing is waited for so long.
-    let pace = Pace::LockStep(Duration::from_millis(40));
+    let pace = CycleTimeout::LockStep(Duration::from_millis(40));
     let (recording, link, stop, sent) = thread::scope(|scope| {
         let files = &files;
         let served = scope.spawn(move || {
@@ -348,7 +350,7 @@ fn faults_on_the_line_are_counted_and_survived() {
         (recording, link, stop, served.join().expect("no panic"))
     });
     // When the client has gone, ten cycles without an answer are borne, and the next stops RSI.
-    assert_eq!(stop, Some(Stop::Timeout));
+    assert_eq!(stop, Some(StopReason::Timeout));
     // A doubled or old answer to the last cycle may not have been read: RSI had ended its wait.
     assert_eq!(
         (link.malformed, link.foreign, link.late),
@@ -369,7 +371,7 @@ fn garbage(packets: u64, each: u64, length: f64) {
     let files = Files::new("elastostatic", 0.012, length);
     let (robot, pc) = (socket(), socket());
     let (to, controller) = (address(&pc), address(&robot));
-    let pace = Pace::LockStep(Duration::from_millis(10_000));
+    let pace = CycleTimeout::LockStep(Duration::from_millis(10_000));
     let (recording, link) = thread::scope(|scope| {
         scope.spawn(move || {
             pc.set_read_timeout(Some(Duration::from_secs(20))).expect("a timeout");
@@ -417,7 +419,7 @@ fn garbage(packets: u64, each: u64, length: f64) {
             }
         });
         // Ends with the first cycle that the client has not answered.
-        let bounds = Bounds { timeout: 0, ..OPENED };
+        let bounds = CorrectionBounds { timeout: 0, ..OPENED };
         let (recording, link, _) = files.over_rsi(robot, to, bounds, pace, f64::MAX);
         (recording, link)
     });
@@ -444,10 +446,10 @@ fn a_million_malformed_packets_move_nothing() {
 fn a_client_that_is_not_there_stops_rsi_and_nothing_moves() {
     let files = Files::new("elastostatic", 0.012, 0.15);
     let nobody = address(&socket());
-    for pace in [Pace::LockStep(Duration::from_millis(2)), Pace::RealTime] {
+    for pace in [CycleTimeout::LockStep(Duration::from_millis(2)), CycleTimeout::RealTime] {
         let (recording, link, stop) =
-            files.over_rsi(socket(), nobody, Bounds::default(), pace, f64::MAX);
-        assert_eq!(stop, Some(Stop::Timeout));
+            files.over_rsi(socket(), nobody, CorrectionBounds::default(), pace, f64::MAX);
+        assert_eq!(stop, Some(StopReason::Timeout));
         // An answer that is waited for to the end of its cycle is no fault of the simulation.
         let expected = LinkCounts { cycles: 11, ..LinkCounts::default() };
         assert_eq!((link, link.lost()), (expected, 11));

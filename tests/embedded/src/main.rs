@@ -25,7 +25,7 @@ mod weld;
 use core::{hint::black_box, panic::PanicInfo};
 use host_tables::{EXPECTED, HEALTH, ROBOT, START};
 use trueweld_core::compensation::Observation;
-use trueweld_core::control::Command;
+use trueweld_core::control::DriveCommand;
 use trueweld_core::monitor::{HealthMonitor, HealthSignals};
 use trueweld_core::{Real, Robot};
 use weld::{Inputs, Law, PERIOD, Weld};
@@ -115,6 +115,6 @@ fn watch<T: Real + Into<f64>>(monitor: &mut HealthMonitor, inputs: &Inputs<T>) -
 
 /// One control cycle: what a controller calls every period.
 #[inline(never)]
-fn cycle<T: Real>(law: &mut Law<T>, robot: &Robot<T>, inputs: &Inputs<T>) -> Command<T> {
+fn cycle<T: Real>(law: &mut Law<T>, robot: &Robot<T>, inputs: &Inputs<T>) -> DriveCommand<T> {
     law.cycle(robot, &Observation::of_robot(&inputs.setpoint, &inputs.nominal, &inputs.sensed))
 }

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, SVector, Vector3};
 use trueweld_compensators::{Elastostatic, ElastostaticGains};
 use trueweld_core::compensation::{Compensated, Compensator, LoopLimits};
 use trueweld_core::control::{
-    Command, External, ExternalGains, ForceSensorLimits, JointGains, SensorReadings, Setpoint,
+    DriveCommand, External, ExternalGains, ForceSensorLimits, JointGains, SensorReadings, Setpoint,
 };
 use trueweld_core::monitor::{HealthMonitor, HealthSignals};
 use trueweld_core::scalar::lit;
@@ -223,7 +223,7 @@ impl<T: Real> Weld<T> {
     pub fn follow(
         &mut self,
         inputs: &Inputs<T>,
-        command: &Command<T>,
+        command: &DriveCommand<T>,
         mut correction: Twist<T>,
     ) -> Option<()> {
         correction.linear.z += command.depth_correction;

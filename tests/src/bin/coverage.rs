@@ -13,7 +13,7 @@ use trueweld_evaluate::Rate;
 use trueweld_laboratory::{Protocol, Recipe};
 use trueweld_measure::HALF_95;
 use trueweld_measure::fit::calibration::{calibrations, in_proportion, is_calibration};
-use trueweld_measure::fit::{self, Effort};
+use trueweld_measure::fit::{self, SolverOptions};
 use trueweld_measure::posterior::of_fit;
 use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Role, library};
 use trueweld_plant::input::Posterior;
@@ -109,7 +109,7 @@ fn examine(arguments: &Arguments, index: usize) -> Result<Case, Box<dyn std::err
     .with_nuisance(stiffness, offset, registration)
     .with_effect(hidden.clone());
     let ready = ready(&recipe)?;
-    let mut point = calibrations(&ready.bench);
+    let mut point = calibrations(&ready.problem);
     if !is_calibration(kind) {
         // From nearby: where a search would have left it.
         let near = |(p, v): (&trueweld_plant::effects::Parameter, &f64)| match p.role {
@@ -119,11 +119,11 @@ fn examine(arguments: &Arguments, index: usize) -> Result<Case, Box<dyn std::err
         let values = kind.parameters.iter().zip(&hidden.values).map(near).collect();
         point.add(Effect { values, ..hidden.clone() });
     }
-    let blocks = fit::blocks_of(&ready.bench);
-    let effort = Effort::full(in_proportion(&point));
-    let fitted = fit::fit(&ready.bench, &point, &blocks, &[], effort)?;
+    let blocks = fit::blocks_of(&ready.problem);
+    let effort = SolverOptions::full(in_proportion(&point));
+    let fitted = fit::fit(&ready.problem, &point, &blocks, &[], effort)?;
     let robot = &ready.logs[0].robot;
-    let posterior = of_fit(&ready.bench, &ready.logs, &fitted, robot)?;
+    let posterior = of_fit(&ready.problem, &ready.logs, &fitted, robot)?;
     let mut truth = recipe.miscalibrations(0);
     truth.push(hidden.clone());
     let (mut numbers, mut all, mut springs) = (Vec::new(), Vec::new(), Vec::new());

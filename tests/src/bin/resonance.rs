@@ -1,14 +1,16 @@
 //! Prints amplitudes at the spindle's order with drives that are held, with and without the notch:
 //! what `docs/results.md` states of them. In a minute or two.
 
-use trueweld_plant::simulate::Controller;
+use trueweld_plant::simulate::ControllerKind;
 use trueweld_tests::resonance::{Lines, fixtures, started_at, unscaled, usable, weld};
 
 fn main() {
     let speeds = [500.0, 600.0, 700.0, 750.0, 800.0, 900.0, 1000.0, 1080.0, 1200.0];
-    for (controller, faster) in
-        [(Controller::External, 1.0), (Controller::External, 4.0), (Controller::Parallel, 1.0)]
-    {
+    for (controller, faster) in [
+        (ControllerKind::External, 1.0),
+        (ControllerKind::External, 4.0),
+        (ControllerKind::Parallel, 1.0),
+    ] {
         println!("{} × {faster}: without filter, with", controller.name());
         println!(
             "| rpm | push, N | drives, µm | correction, µm | lateral, µm | tilt, 0.001° | envelope, N |"

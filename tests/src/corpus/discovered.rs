@@ -1,7 +1,7 @@
 //! What was found outside the library, against the law that is hidden.
 
 use crate::LABORATORY;
-use crate::outside::OutsideLaw;
+use crate::outside::FreeFormEffect;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use trueweld_laboratory::Hidden;
@@ -32,7 +32,7 @@ impl DiscoveredLaw {
             Hidden::Law(law) => Some(law),
             _ => None,
         };
-        let outside = law.map(|law| OutsideLaw::named(law.kind.id).expect("one of them"));
+        let outside = law.map(|law| FreeFormEffect::named(law.kind.id).expect("one of them"));
         let is = |hypothesis: &Hypothesis| {
             let (Some(law), Some(outside)) = (law, outside) else { return false };
             let over = hypothesis.variables();

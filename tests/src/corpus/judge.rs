@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use trueweld_laboratory::{Hidden, Recipe};
-use trueweld_measure::diagnose::{Candidate, Diagnosis, Verdict};
+use trueweld_measure::diagnose::{Candidate, Diagnosis, DiagnosisVerdict};
 use trueweld_plant::effects::{Effect, Location};
 
 /// What came of one case, better ones first.
@@ -60,10 +60,10 @@ pub fn judge(hidden: &Hidden, recipe: &Recipe, diagnosis: &Diagnosis) -> Outcome
         (false, false) => Outcome::Missed,
     };
     match (diagnosis.verdict, diagnosis.candidates.first()) {
-        (Verdict::UnknownEffect, _) if unknown => Outcome::Right,
-        (Verdict::UnknownEffect, _) => Outcome::SaidUnknown,
-        (Verdict::Adequate, _) | (Verdict::EffectFound, None) => adequate(),
-        (Verdict::EffectFound, Some(first)) => {
+        (DiagnosisVerdict::UnknownEffect, _) if unknown => Outcome::Right,
+        (DiagnosisVerdict::UnknownEffect, _) => Outcome::SaidUnknown,
+        (DiagnosisVerdict::Adequate, _) | (DiagnosisVerdict::EffectFound, None) => adequate(),
+        (DiagnosisVerdict::EffectFound, Some(first)) => {
             let named = keys(first);
             // A calibration that the laboratory did get wrong is no answer, and no false one.
             if named.iter().all(|k| is_nuisance(*k, recipe) && !truth.contains(k)) {

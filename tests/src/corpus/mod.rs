@@ -21,7 +21,7 @@ use std::time::Instant;
 use trueweld_laboratory::{CampaignError, CorpusCase, Hidden, ProtocolFile, Recipe};
 use trueweld_measure::data::campaign::Campaign;
 use trueweld_measure::data::log::Log;
-use trueweld_measure::diagnose::{self, Diagnosis, Verdict, calibrated, diagnose};
+use trueweld_measure::diagnose::{self, Diagnosis, DiagnosisVerdict, diagnose, fit_calibrations};
 use trueweld_measure::discover::discover;
 use trueweld_measure::fit::{self, FitProblem};
 use trueweld_measure::predict::PredictError;
@@ -52,7 +52,7 @@ pub struct Ready {
     /// Its logs.
     pub logs: Vec<Log>,
     /// The same made ready, and the baseline.
-    pub bench: FitProblem,
+    pub problem: FitProblem,
 }
 
 /// Writes a recipe's campaign into a temporary folder and reads it as a command does.
@@ -81,7 +81,7 @@ fn read(folder: &Path) -> Result<Ready, CorpusError> {
     let campaign = Campaign::read(folder)?;
     let file = ModelFile::read(&campaign.model)?;
     let experiments = experiments(&campaign.logs, &baseline(&file))?;
-    Ok(Ready { bench: FitProblem::new(&file, experiments), logs: campaign.logs })
+    Ok(Ready { problem: FitProblem::new(&file, experiments), logs: campaign.logs })
 }
 
 /// An effect and its place: `backlash [A5]`.
@@ -197,13 +197,14 @@ pub fn examine(case: &CorpusCase) -> Result<Judged, CorpusError> {
     let (recipe, hidden, seen) = sized(case)?;
     let mut ready = ready(&recipe)?;
     let start = Instant::now();
-    let mut diagnosis = diagnose(&ready.bench, &ready.logs, &|_, _| {})?;
+    let mut diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| {})?;
     let within = judge(&hidden, &recipe, &diagnosis);
-    let discovered = discover(&ready.bench, &ready.logs, &mut diagnosis, &|_, _| {});
+    let discovered = discover(&ready.problem, &ready.logs, &mut diagnosis, &|_, _| {});
     let seconds = start.elapsed().as_secs_f64();
     let judged = Judged { within, ..judged(case, &recipe, &hidden, seen, &diagnosis, seconds) };
     let discovered = discovered.first();
-    let named = diagnosis.candidates.first().filter(|_| diagnosis.verdict != Verdict::Adequate);
+    let named =
+        diagnosis.candidates.first().filter(|_| diagnosis.verdict != DiagnosisVerdict::Adequate);
     let null = diagnose::held_out_score(&diagnosis.null);
     let after = discovered
         .map(|law| law.held_out_after)
@@ -213,8 +214,8 @@ pub fn examine(case: &CorpusCase) -> Result<Judged, CorpusError> {
     let with_the_truth = if known.is_empty() {
         None
     } else {
-        ready.bench.known.extend(known.into_iter().cloned());
-        Some(calibrated(&ready.bench, &fit::blocks_of(&ready.bench))?)
+        ready.problem.known.extend(known.into_iter().cloned());
+        Some(fit_calibrations(&ready.problem, &fit::blocks_of(&ready.problem))?)
     };
     Ok(Judged {
         scores: [null, after, with_the_truth.as_ref().map_or(null, diagnose::held_out_score)],
@@ -284,12 +285,12 @@ fn judged(
 fn answer_cost(diagnosis: &Diagnosis) -> f64 {
     let null = diagnosis.null.cost;
     match diagnosis.verdict {
-        Verdict::Adequate => null,
-        Verdict::EffectFound => {
+        DiagnosisVerdict::Adequate => null,
+        DiagnosisVerdict::EffectFound => {
             diagnosis.candidates.first().map_or(null, |best| best.fitted.cost.min(null))
         }
         // The law, or what comes nearest to an explanation.
-        Verdict::UnknownEffect => diagnosis.full.cost,
+        DiagnosisVerdict::UnknownEffect => diagnosis.full.cost,
     }
 }
 

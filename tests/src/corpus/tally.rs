@@ -1,7 +1,7 @@
 //! Counts over the corpus: rates with their limits, and what was named for what.
 
 use super::{DiscoveredLaw, Judged, Named, Outcome};
-use crate::outside::OutsideLaw;
+use crate::outside::FreeFormEffect;
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 use trueweld_evaluate::Rate;
@@ -297,12 +297,14 @@ fn statements(judged: &Judged) -> Vec<(f64, bool)> {
 
 /// True where what is hidden, had it been known, fits better than the answer by more than a tie allows.
 fn told(j: &Judged) -> bool {
-    j.truth_cost.is_some_and(|truth| j.answer_cost - truth > rules::TIED * rules::CORRELATED)
+    j.truth_cost.is_some_and(|truth| {
+        j.answer_cost - truth > rules::TIED * trueweld_measure::AUTOCORRELATION_INFLATION
+    })
 }
 
 /// The law outside the library that is hidden, whatever joint it is at.
-fn law_of(j: &Judged) -> Option<&'static OutsideLaw> {
-    OutsideLaw::named(kind_of(j.truth.first()?)).filter(|_| j.unknown)
+fn law_of(j: &Judged) -> Option<&'static FreeFormEffect> {
+    FreeFormEffect::named(kind_of(j.truth.first()?)).filter(|_| j.unknown)
 }
 
 /// Median share by which the error above the floor falls where nothing was fitted. The floor is what the

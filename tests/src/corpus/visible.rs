@@ -56,10 +56,10 @@ impl Context {
     pub fn new(recipe: &Recipe) -> Result<Self, CorpusError> {
         let recipe = Recipe { noise_stated: true, ..recipe.clone() };
         let without = ready(&recipe)?;
-        let point = calibrations(&without.bench);
-        let at = fit::residuals(&without.bench, &FitState::empty(without.bench.experiments.len()))?;
-        let slopes = fit::slopes(&without.bench, &point, &point.free, &at, STEP);
-        Ok(Self { blocks: fit::blocks_of(&without.bench), recipe, without, at, point, slopes })
+        let point = calibrations(&without.problem);
+        let at = fit::residuals(&without.problem, &FitState::empty(without.problem.logs.len()))?;
+        let slopes = fit::slopes(&without.problem, &point, &point.free, &at, STEP);
+        Ok(Self { blocks: fit::blocks_of(&without.problem), recipe, without, at, point, slopes })
     }
 
     /// How well what a recipe has more than this campaign shows. `own`: a calibration that is
@@ -73,17 +73,17 @@ impl Context {
         own: Option<(&str, Location)>,
     ) -> Result<Visibility, CorpusError> {
         let with = ready(with)?;
-        let there = fit::residuals(&with.bench, &FitState::empty(with.bench.experiments.len()))?;
+        let there = fit::residuals(&with.problem, &FitState::empty(with.problem.logs.len()))?;
         let mut difference: Residuals = Vec::new();
-        for (log, own) in self.without.bench.experiments.iter().enumerate() {
+        for (log, own) in self.without.problem.logs.iter().enumerate() {
             let key = |c: &Compared| (c.quantity, c.component, c.row);
-            let theirs = with.bench.experiments[log].compared.iter().zip(&there[log].residual);
+            let theirs = with.problem.logs[log].compared.iter().zip(&there[log].residual);
             let theirs: HashMap<_, f64> = theirs.map(|(c, r)| (key(c), r * c.deviation)).collect();
             let ours = own.compared.iter().zip(&self.at[log].residual);
             let residual = ours
                 .map(|(c, r)| theirs.get(&key(c)).map_or(0.0, |t| t / c.deviation - r))
                 .collect();
-            difference.push(Prediction { residual, motion: None, late: None, anywhere: 0.0 });
+            difference.push(Prediction { residual, motion: None, late: None, free_play_term: 0.0 });
         }
         let free: Vec<usize> = (0..self.point.free.len())
             .filter(|k| {
@@ -116,7 +116,7 @@ impl Context {
     /// The largest mean square of any channel of any log.
     fn most(&self, difference: &Residuals) -> f64 {
         let mut parts: BTreeMap<(usize, &str), (f64, f64)> = BTreeMap::new();
-        for (log, own) in self.without.bench.experiments.iter().enumerate() {
+        for (log, own) in self.without.problem.logs.iter().enumerate() {
             for (c, d) in own.compared.iter().zip(&difference[log].residual) {
                 let part = parts.entry((log, c.quantity.channel())).or_default();
                 *part = (part.0 + d * d, part.1 + 1.0);

@@ -30,7 +30,7 @@ use trueweld_output::{
 };
 use trueweld_plant::input::FileKind;
 use trueweld_plant::provenance::{FileDigest, Provenance, sha256};
-use trueweld_plant::simulate::{Program, RunError, Scenario};
+use trueweld_plant::simulate::{RunError, Scenario, WeldProgram};
 
 /// Arguments of `certify`.
 #[derive(Args)]
@@ -389,7 +389,7 @@ impl<'a> WeldSetup<'a> {
         let key = digest_of_inputs(&provenance)?;
         let scenario = Scenario {
             plant_step: STEP_OF_MANY,
-            ..inputs.scenario(Program::Weld, controller, law)
+            ..inputs.scenario(WeldProgram::Weld, controller, law)
         };
         let failed = |error: RunError| inputs.failed(controller, &error);
         scenario.build_law().map_err(failed)?;

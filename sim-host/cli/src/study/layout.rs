@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld_compensators::{Elastostatic, Entry, FeedForward, SeamTracking, Uncompensated};
 use trueweld_evaluate::study::{
-    Allowance, Family, LayoutTask, OutOfReach, Part, PlacedPart, Range, RealArm, WAY_FIGURES,
-    as_filed, confirm, numbers, pareto, way_figure,
+    Allowance, LayoutTask, OutOfReach, PlacedPart, PlacementRange, Range, RealArm, WAY_FIGURES,
+    Workpiece, as_filed, confirm, numbers, pareto, way_figure,
 };
 use trueweld_output::{StudyLayoutReport, out_of_reach_in_words};
-use trueweld_plant::simulate::{Program, Scenario};
+use trueweld_plant::simulate::{Scenario, WeldProgram};
 
 /// Arguments of `study layout`.
 #[derive(Args)]
@@ -88,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .map(|f| arguments.cell.read_anywhere(f))
         .collect::<Result<Vec<Inputs>>>()?;
     let first = &inputs[0];
-    let part = Part::new(inputs.iter().map(|inputs| inputs.weld.clone()).collect());
+    let part = Workpiece::new(inputs.iter().map(|inputs| inputs.weld.clone()).collect());
     let family = arguments.family(&part)?;
     let mut allowed = Allowance::usual(first.planned.pin_diameter);
     for text in &arguments.allow {
@@ -113,8 +113,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         laws.push(law);
     }
     let controller = arguments.controller.controller();
-    let scenario =
-        Scenario { plant_step: PLANT_STEP, ..first.scenario(Program::Weld, controller, &laws[0]) };
+    let scenario = Scenario {
+        plant_step: PLANT_STEP,
+        ..first.scenario(WeldProgram::Weld, controller, &laws[0])
+    };
     for law in &laws {
         let built = Scenario { law, ..scenario }.build_law();
         built.map_err(|error| first.failed(controller, &error))?;
@@ -130,7 +132,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let grid = task.grid(|| count(1));
     let Some(best) = task.best(&grid) else {
-        let far = |placed: &trueweld_evaluate::study::Placed| placed.outcome.clone().err();
+        let far = |placed: &trueweld_evaluate::study::RatedPlacement| placed.outcome.clone().err();
         let farthest = grid.iter().filter_map(far).reduce(|a, b| if b.0 > a.0 { b } else { a });
         return Err(nowhere(grid.len(), farthest));
     };
@@ -163,7 +165,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 impl Arguments {
-    fn family(&self, part: &Part) -> Result<Family> {
+    fn family(&self, part: &Workpiece) -> Result<PlacementRange> {
         let own = numbers(&part.placement());
         let beside = |k: usize, below: f64, above: f64, step: f64| Range {
             low: own[k] - below,
@@ -178,7 +180,7 @@ impl Arguments {
         };
         let turn = Range { low: -90.0, high: 90.0, step: 30.0 };
         let turn = GridArgument(turn).scaled(1f64.to_radians());
-        let family = Family([
+        let family = PlacementRange([
             metres(&self.x, beside(0, 0.6, 0.6, 0.1)),
             metres(&self.y, Range::at(own[1])),
             metres(&self.z, beside(2, 0.3, 0.9, 0.1)),

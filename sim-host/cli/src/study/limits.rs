@@ -11,11 +11,12 @@ use std::slice;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld_compensators::Entry;
 use trueweld_evaluate::study::{
-    Driven, Family, LimitStudy, Part, Placement, Range, RealArm, Way, numbers, shortened,
+    ArmAlongSeam, Driven, LimitStudy, Placement, PlacementRange, Range, RealArm, Workpiece,
+    numbers, shortened,
 };
 use trueweld_evaluate::{Limit, Requirements};
 use trueweld_output::{LimitsAt, StudyLimitsReport};
-use trueweld_plant::simulate::{Program, Scenario, Seam};
+use trueweld_plant::simulate::{Scenario, Seam, WeldProgram};
 
 /// Arguments of `study limits`.
 #[derive(Args)]
@@ -100,7 +101,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         inputs.weld = shortened(&inputs.weld, length);
     }
     let seam = Seam::of(&inputs.weld);
-    if Program::Weld.steady(&inputs.weld, &seam).is_none() {
+    if WeldProgram::Weld.steady(&inputs.weld, &seam).is_none() {
         return Err(inputs.too_short());
     }
     let asked = inputs.asked(&requirements, &files)?;
@@ -110,10 +111,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let ranges = arguments.ranges(&inputs.weld)?;
     check_outputs(&results.outputs())?;
     let (controller, law) = (arguments.controller.controller(), &arguments.compensator);
-    let scenario =
-        Scenario { plant_step: STEP_OF_MANY, ..inputs.scenario(Program::Weld, controller, law) };
+    let scenario = Scenario {
+        plant_step: STEP_OF_MANY,
+        ..inputs.scenario(WeldProgram::Weld, controller, law)
+    };
     scenario.build_law().map_err(|error| inputs.failed(controller, &error))?;
-    let part = Part::new(vec![inputs.weld.clone()]);
+    let part = Workpiece::new(vec![inputs.weld.clone()]);
     let (places, out_of_reach) = arguments.places(&part, &scenario)?;
     let study = LimitStudy {
         scenario,
@@ -175,14 +178,14 @@ impl Arguments {
     }
 
     /// The weld's own place, and those of the grid that the arm reaches; how many it does not.
-    fn places(&self, part: &Part, scenario: &Scenario<'_>) -> Result<(Vec<Placement>, usize)> {
+    fn places(&self, part: &Workpiece, scenario: &Scenario<'_>) -> Result<(Vec<Placement>, usize)> {
         const POINTS: usize = 41;
         let own = part.placement();
         let range = |given: Option<GridArgument>, own: f64| {
             given.map_or(Range::at(own), |grid| grid.scaled(1.0))
         };
         let at = numbers(&own);
-        let mut family = Family(at.map(Range::at));
+        let mut family = PlacementRange(at.map(Range::at));
         family.0[0] = range(self.x, own.x_m);
         family.0[2] = range(self.z, own.z_m);
         if family.count() > MOST_PLACES {
@@ -194,7 +197,7 @@ impl Arguments {
         let asked = if self.x.is_none() && self.z.is_none() { vec![] } else { family.placements() };
         let is_reached = |at: &Placement| {
             let weld = &part.welds_at(at)[0];
-            Way::all(scenario.controller_model, scenario.planned, weld, POINTS).is_ok()
+            ArmAlongSeam::all(scenario.controller_model, scenario.planned, weld, POINTS).is_ok()
         };
         let count = asked.len();
         let grid: Vec<Placement> = asked.into_iter().filter(is_reached).collect();

@@ -12,7 +12,7 @@ use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_evaluate::study::{RealArm, centred, envelopes, reachable};
 use trueweld_evaluate::{StepFigures, WeldFigures};
 use trueweld_output::{StepRun, StudyPaperReport, WeldRun};
-use trueweld_plant::simulate::{Controller, Program, Recording, run as simulate};
+use trueweld_plant::simulate::{ControllerKind, Recording, WeldProgram, run as simulate};
 
 /// Arguments of `study paper`.
 #[derive(Args)]
@@ -54,12 +54,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .map_err(|error| inputs.failed(controller, &error))
     };
     let first = &both[0];
-    let step = Program::ForceStep { height: HEIGHT, hold: HOLD, length: AFTER };
+    let step = WeldProgram::ForceStep { height: HEIGHT, hold: HOLD, length: AFTER };
     let at = first.weld.settle + HOLD;
     // A weld moved along x, and where the arm reaches it.
     let moved = both.iter().map(|inputs| {
         let weld = centred(&inputs.weld, LENGTH);
-        let scenario = inputs.scenario(Program::Weld, Controller::External, &none);
+        let scenario = inputs.scenario(WeldProgram::Weld, ControllerKind::External, &none);
         let distances = reachable(&scenario, &weld, RANGE, STEP);
         (weld, distances)
     });
@@ -74,20 +74,20 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let count = |more: usize| {
         progress.advance_to((done.fetch_add(more, Ordering::Relaxed) + more) as f64);
     };
-    let steps = Controller::ALL
+    let steps = ControllerKind::ALL
         .par_iter()
         .map(|controller| scenario(first, step, *controller))
         .collect::<Result<Vec<Recording>>>()?;
     count(3);
     let welds = both
         .par_iter()
-        .map(|inputs| scenario(inputs, Program::Weld, Controller::External))
+        .map(|inputs| scenario(inputs, WeldProgram::Weld, ControllerKind::External))
         .collect::<Result<Vec<Recording>>>()?;
     count(4);
     let [vertical, inclined] = [0, 1].map(|k| {
         let inputs = &both[k];
         let arm = RealArm { robot: &inputs.robot.robot, effects: &inputs.effects };
-        let scenario = inputs.scenario(Program::Weld, Controller::External, &none);
+        let scenario = inputs.scenario(WeldProgram::Weld, ControllerKind::External, &none);
         envelopes(&scenario, &arm, &moved[k], &distances[k], || count(1))
     });
     progress.finish();
@@ -109,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .collect();
     let of = |inputs: &Inputs| {
         let mut simulation =
-            inputs.simulation(&Controller::ALL, slice::from_ref(&none), 1, PLANT_STEP);
+            inputs.simulation(&ControllerKind::ALL, slice::from_ref(&none), 1, PLANT_STEP);
         simulation.force_step_n = Some(HEIGHT);
         inputs.provenance("study paper", simulation)
     };

@@ -15,7 +15,7 @@ use trueweld_compensators::Entry;
 use trueweld_evaluate::Requirements;
 use trueweld_evaluate::study::{Input, SensitivityStudy, StudyRun, shortened};
 use trueweld_output::StudySensitivityReport;
-use trueweld_plant::simulate::{Program, Scenario, Seam};
+use trueweld_plant::simulate::{Scenario, Seam, WeldProgram};
 
 /// Arguments of `study sensitivity`.
 #[derive(Args)]
@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut inputs = arguments.files.read()?;
     inputs.weld = shortened(&inputs.weld, length);
     let length = Seam::of(&inputs.weld).length;
-    if Program::Weld.steady(&inputs.weld, &Seam::of(&inputs.weld)).is_none() {
+    if WeldProgram::Weld.steady(&inputs.weld, &Seam::of(&inputs.weld)).is_none() {
         return Err(inputs.too_short());
     }
     let assumed = requirements
@@ -87,8 +87,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ));
     }
     let (controller, law) = (arguments.controller.controller(), &arguments.compensator);
-    let scenario =
-        Scenario { plant_step: STEP_OF_MANY, ..inputs.scenario(Program::Weld, controller, law) };
+    let scenario = Scenario {
+        plant_step: STEP_OF_MANY,
+        ..inputs.scenario(WeldProgram::Weld, controller, law)
+    };
     scenario.build_law().map_err(|error| inputs.failed(controller, &error))?;
     let study = SensitivityStudy {
         scenario,

@@ -9,7 +9,7 @@
 use super::decay::Modes;
 use super::friction::{FrictionSlope, slopes};
 use super::response::{Kick, Run};
-use super::{CHANNELS, OperatingPoint, SETPOINT, frozen};
+use super::{LOOP_CHANNELS, OperatingPoint, SETPOINT, frozen};
 use nalgebra::{Complex, DMatrix};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -19,15 +19,15 @@ use trueweld_plant::simulate::{RunError, Scenario};
 
 /// Amplitudes of the drive that vibrates most at which the balance is looked at, rad/s, evenly in
 /// their logarithm.
-const AMPLITUDES: (f64, f64, usize) = (1e-4, 0.1, 31);
+const CYCLE_AMPLITUDES: (f64, f64, usize) = (1e-4, 0.1, 31);
 
 /// Halvings of an interval in which a limit cycle is.
-const HALVINGS: usize = 8;
+const CYCLE_HALVINGS: usize = 8;
 
 /// Modes that are followed, the slowest to die first, and how near each other two limit cycles are
 /// the same.
 const MODES: usize = 3;
-const SAME: f64 = 0.02;
+const EQUAL_CYCLE_SHARE: f64 = 0.02;
 
 /// Kick of every drive, N·m, and when it comes and how long it is watched, s: later, an unstable
 /// loop would be at its limits.
@@ -36,12 +36,12 @@ const WATCHED: [f64; 2] = [2.0, 3.0];
 
 /// Slowest vibration that is looked for, Hz: modes that turn less than some times while they are
 /// watched are not told apart.
-const SLOWEST: f64 = 2.0;
+const VIBRATION_FREQUENCY_MIN: f64 = 2.0;
 
 /// Copies of the signals, one period later each, that tell modes apart, and the share of the samples
 /// below which a direction is rounding.
 const LATER: usize = 8;
-const SHARE: f64 = 1e-7;
+const CYCLE_RANK_SHARE: f64 = 1e-7;
 
 /// A vibration that friction keeps at its size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -73,7 +73,7 @@ pub fn limit_cycles(
     let mut found: Vec<LimitCycle> = Vec::new();
     for cycle in each?.concat() {
         // Two modes may become one as they grow.
-        let near = |a: f64, b: f64| (a / b - 1.0).abs() < SAME;
+        let near = |a: f64, b: f64| (a / b - 1.0).abs() < EQUAL_CYCLE_SHARE;
         let size = |of: &LimitCycle| of.rate.iter().copied().fold(0.0, f64::max);
         if !found.iter().any(|of| near(of.hz, cycle.hz) && near(size(of), size(&cycle))) {
             found.push(cycle);
@@ -101,7 +101,7 @@ impl Vibration {
         scenario: &Scenario<'_>,
         at: &OperatingPoint,
     ) -> Result<Vec<LimitCycle>, RunError> {
-        let (least, most, count) = AMPLITUDES;
+        let (least, most, count) = CYCLE_AMPLITUDES;
         let step = (most / least).powf(1.0 / (count - 1) as f64);
         let (mut before, mut size_before) = (self, least);
         let mut found = Vec::new();
@@ -111,7 +111,7 @@ impl Vibration {
             if (now.growth() > 0.0) != (before.growth() > 0.0) {
                 let attracts = before.growth() > 0.0;
                 let (mut low, mut high, mut between) = (size_before, size, before);
-                for _ in 0..HALVINGS {
+                for _ in 0..CYCLE_HALVINGS {
                     let middle = (low * high).sqrt();
                     let Some(next) = between.at_size(scenario, at, middle)? else { break };
                     if (next.growth() > 0.0) == attracts {
@@ -156,13 +156,15 @@ impl Vibration {
         friction: impl Fn(&State) -> JointVector<f64>,
     ) -> Result<Vec<Self>, RunError> {
         let frozen = frozen(scenario, at, friction)?;
-        let mut added = [0.0; CHANNELS];
+        let mut added = [0.0; LOOP_CHANNELS];
         added[SETPOINT..].fill(KICK);
         let kick = Kick { added, periods: 1, time: WATCHED };
-        let rest = frozen.run(&Kick { added: [0.0; CHANNELS], ..kick })?;
+        let rest = frozen.run(&Kick { added: [0.0; LOOP_CHANNELS], ..kick })?;
         let kicked = frozen.run(&kick)?;
-        let Some(modes) = Modes::of(&left(&rest, &kicked), SHARE) else { return Ok(Vec::new()) };
-        let slowest = SLOWEST * TAU * scenario.control.period;
+        let Some(modes) = Modes::of(&left(&rest, &kicked), CYCLE_RANK_SHARE) else {
+            return Ok(Vec::new());
+        };
+        let slowest = VIBRATION_FREQUENCY_MIN * TAU * scenario.control.period;
         let turning = modes.poles.iter().filter(|pole| pole.arg() >= slowest);
         let all = turning.filter_map(|pole| modes.mode(*pole)).map(|mode| {
             let moved = JointVector::from_fn(|i, _| mode.shape[i].norm());

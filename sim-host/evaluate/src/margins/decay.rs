@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 /// A mode of a sampled linear system.
 #[derive(Debug, Clone)]
-pub struct Mode {
+pub struct SampledMode {
     /// Factor by which it changes from sample to sample.
     pub pole: Complex<f64>,
     /// Its share in every signal.
@@ -44,7 +44,7 @@ impl Modes {
     }
 
     /// The mode with one of the poles.
-    pub fn mode(&self, pole: Complex<f64>) -> Option<Mode> {
+    pub fn mode(&self, pole: Complex<f64>) -> Option<SampledMode> {
         // Inverse iteration from beside the pole.
         let rank = self.reduced.nrows();
         let beside = DMatrix::identity(rank, rank) * (pole * (1.0 + 1e-9));
@@ -53,7 +53,7 @@ impl Modes {
         for _ in 0..3 {
             shape = factor.solve(&shape)?.normalize();
         }
-        Some(Mode { pole, shape: self.held.map(Complex::from) * shape })
+        Some(SampledMode { pole, shape: self.held.map(Complex::from) * shape })
     }
 }
 

@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 const FREQUENCIES: usize = 400;
 
 /// The lowest of them, Hz.
-const LOWEST: f64 = 0.05;
+const FREQUENCY_MIN: f64 = 0.05;
 
 /// How far one loop, opened where the law or the force loop acts, is from instability. Infinite
 /// where nothing comes back.
@@ -27,8 +27,8 @@ pub struct Margin {
     pub delay: f64,
 }
 
-/// S(e^jωT) at the frequencies from [`LOWEST`] to half the sampling rate.
-pub struct Sensitivity<'a> {
+/// S(e^jωT) at the frequencies from [`FREQUENCY_MIN`] to half the sampling rate.
+pub struct SensitivityFunction<'a> {
     responses: &'a [Vec<LoopSignals>],
     period: f64,
     /// Factor by which the responses go on to die after their last sample.
@@ -36,19 +36,21 @@ pub struct Sensitivity<'a> {
     /// Frequencies, Hz.
     hz: Vec<f64>,
     /// Corrections and force, then drives, each among themselves: one matrix a frequency.
-    groups: [Vec<Group>; 2],
+    groups: [Vec<GroupSensitivity>; 2],
 }
 
 /// S of the channels of a group.
-type Group = SMatrix<Complex<f64>, SETPOINT, SETPOINT>;
+type GroupSensitivity = SMatrix<Complex<f64>, SETPOINT, SETPOINT>;
 
-impl<'a> Sensitivity<'a> {
+impl<'a> SensitivityFunction<'a> {
     /// Of impulse responses, `period` s between their values, that have come down to the mode which
     /// dies last: it goes on with the spectral radius `radius`, as slow modes do not turn.
     pub fn of(responses: &'a [Vec<LoopSignals>], radius: f64, period: f64) -> Self {
         let highest = 0.5 / period;
         let hz: Vec<f64> = (0..FREQUENCIES)
-            .map(|k| LOWEST * (highest / LOWEST).powf(k as f64 / (FREQUENCIES - 1) as f64))
+            .map(|k| {
+                FREQUENCY_MIN * (highest / FREQUENCY_MIN).powf(k as f64 / (FREQUENCIES - 1) as f64)
+            })
             .collect();
         let groups = [0, SETPOINT].map(|first| {
             // All entries of a sample beside each other, column by column.
@@ -66,7 +68,7 @@ impl<'a> Sensitivity<'a> {
                 }
                 let after = phase * radius / (1.0 - turn * radius);
                 let last = samples.last().copied().unwrap_or_default();
-                Group::from_fn(|i, j| {
+                GroupSensitivity::from_fn(|i, j| {
                     Complex::new(real[(i, j)], imaginary[(i, j)]) + after * last[(i, j)]
                 })
             };

@@ -13,10 +13,10 @@ use trueweld_core::JointVector;
 use trueweld_plant::cell::{Cell, State};
 
 /// Points of a turn at which friction is taken.
-const POINTS: usize = 256;
+const FRICTION_PHASES: usize = 256;
 
 /// Amplitudes at which a sector is looked at, rad/s, evenly in their logarithm.
-const AMPLITUDES: (f64, f64, usize) = (1e-5, 1.0, 26);
+const SECTOR_AMPLITUDES: (f64, f64, usize) = (1e-5, 1.0, 26);
 
 /// What friction is taken for in a linear loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -58,7 +58,7 @@ impl FrictionSlope {
                 slopes(cell, &fast, &JointVector::zeros())
             }
             Self::Full => {
-                let (least, most, count) = AMPLITUDES;
+                let (least, most, count) = SECTOR_AMPLITUDES;
                 let step = (most / least).powf(1.0 / (count - 1) as f64);
                 (0..count).fold(Self::AtSpeed.of(cell, point), |largest, k| {
                     let amplitude = least * step.powi(k as i32);
@@ -80,7 +80,7 @@ pub fn slopes(cell: &Cell, point: &State, amplitude: &JointVector<f64>) -> Joint
             drives.motor_rate[i] += by;
             cell.robot.friction(&drives, i, spring[i], point.internal(), 0.0)
         };
-        if amplitude[i] < AMPLITUDES.0 {
+        if amplitude[i] < SECTOR_AMPLITUDES.0 {
             return at(0.0).slope;
         }
         equivalent_slope(|by| at(by).value, amplitude[i])
@@ -89,8 +89,9 @@ pub fn slopes(cell: &Cell, point: &State, amplitude: &JointVector<f64>) -> Joint
 
 /// (2/a) mean over φ of f(a sin φ) sin φ.
 fn equivalent_slope(f: impl Fn(f64) -> f64, amplitude: f64) -> f64 {
-    let turn = (0..POINTS).map(|k| TAU * (k as f64 + 0.5) / POINTS as f64);
-    let mean = turn.map(|phi| f(amplitude * phi.sin()) * phi.sin()).sum::<f64>() / POINTS as f64;
+    let turn = (0..FRICTION_PHASES).map(|k| TAU * (k as f64 + 0.5) / FRICTION_PHASES as f64);
+    let mean =
+        turn.map(|phi| f(amplitude * phi.sin()) * phi.sin()).sum::<f64>() / FRICTION_PHASES as f64;
     2.0 * mean / amplitude
 }
 

@@ -7,12 +7,12 @@ use trueweld_core::{JointVector, Pose, Robot, Twist, Wrench};
 use trueweld_plant::cell::{Cell, STATES, State};
 use trueweld_plant::input::Weld;
 use trueweld_plant::integrate::rest;
-use trueweld_plant::seam::Placed;
+use trueweld_plant::seam::SeamPosition;
 use trueweld_plant::simulate::{Seam, real_inverse_near};
 
 /// Differences of angles, rates and what else a state holds: good to 1e-6 of the slopes against
 /// rounding, and no kink is stepped over.
-const DIFFERENCE: f64 = 1e-6;
+const STATE_DIFFERENCE: f64 = 1e-6;
 
 /// A cell linear in what it differs by from an operating point.
 #[derive(Debug, Clone)]
@@ -76,7 +76,7 @@ pub fn operating_point(
     let OperatingPoint { push, feed, .. } = *at;
     // The real seam may lie beside the taught one: as deep as the force loop presses, in the channel
     // that the tool itself has left.
-    let Placed { position: beside, axes: w } = cell.seam.place(&nominal.position);
+    let SeamPosition { position: beside, axes: w } = cell.seam.place(&nominal.position);
     let deep = Twist {
         angular: Vector3::zeros(),
         linear: w.column(2) * (push / cell.process.depth_stiffness - beside.z),
@@ -118,9 +118,9 @@ impl LinearCell {
                 state.0[k] += by;
                 right(&state)
             };
-            let (ahead, behind) = (beside(DIFFERENCE), beside(-DIFFERENCE));
-            slopes.set_column(k, &((ahead.0 - behind.0) / (2.0 * DIFFERENCE)));
-            sensed.set_column(k, &((ahead.1 - behind.1) / (2.0 * DIFFERENCE)));
+            let (ahead, behind) = (beside(STATE_DIFFERENCE), beside(-STATE_DIFFERENCE));
+            slopes.set_column(k, &((ahead.0 - behind.0) / (2.0 * STATE_DIFFERENCE)));
+            sensed.set_column(k, &((ahead.1 - behind.1) / (2.0 * STATE_DIFFERENCE)));
         }
         for i in 0..6 {
             let beyond = friction[i] - at.friction_slope[i];

@@ -24,10 +24,10 @@ pub use frequency::Margin;
 pub use friction::FrictionSlope;
 pub use linear::OperatingPoint;
 pub use passivity::Passivity;
-pub use response::{CHANNEL_NAMES, CHANNELS, Kick, LoopSignals, Run, SETPOINT};
+pub use response::{CHANNEL_NAMES, Kick, LOOP_CHANNELS, LoopSignals, Run, SETPOINT};
 
 use crate::figure::FigureOf;
-use frequency::Sensitivity;
+use frequency::SensitivityFunction;
 use linear::{LinearCell, operating_point};
 use radius::{is_undecided, radius, radius_of_longer};
 use rayon::prelude::*;
@@ -64,7 +64,7 @@ pub struct Margins {
     /// is the limit and not the loop, which counts as not stable.
     pub held: bool,
     /// Of every channel in the order of [`CHANNEL_NAMES`]; `None` where the loop is not stable.
-    pub channels: Option<[Margin; CHANNELS]>,
+    pub channels: Option<[Margin; LOOP_CHANNELS]>,
     /// Disk margin of corrections and force all at once, and of all drives at once; 0 where the
     /// loop is not stable.
     pub disk: [f64; 2],
@@ -128,7 +128,7 @@ pub fn margins(
     if spectral_radius >= 1.0 || swings(rest) {
         return Ok(unstable(spectral_radius.max(1.0), !rest.away && rest.held));
     }
-    let sensitivity = Sensitivity::of(responses, spectral_radius, period);
+    let sensitivity = SensitivityFunction::of(responses, spectral_radius, period);
     Ok(Margins {
         channels: Some(std::array::from_fn(|c| sensitivity.margin(c))),
         disk: sensitivity.disks(),
@@ -250,16 +250,16 @@ fn frozen<'a>(
     friction: impl Fn(&State) -> JointVector<f64>,
 ) -> Result<Frozen<'a>, RunError> {
     /// Between the start, whose branch is known, and the place.
-    const STEPS: usize = 100;
+    const BRANCH_STEPS: usize = 100;
     let Scenario { cell, weld, .. } = *scenario;
     let (seam, path) = (Seam::of(weld), at.path);
     let (model, planned) = (&cell.robot.model, scenario.controller_model);
     let (_, step) = scenario.plant_steps();
     let reach = || RunError::Reach { path, reason: "no posture welds there" };
     let mut near = start_angles(planned, &seam)?;
-    for k in 1..=STEPS {
+    for k in 1..=BRANCH_STEPS {
         near = planned
-            .inverse_near(&seam.nominal(path * k as f64 / STEPS as f64), &near)
+            .inverse_near(&seam.nominal(path * k as f64 / BRANCH_STEPS as f64), &near)
             .map_err(|_| reach())?;
     }
     let nominal = seam.nominal(path);

@@ -6,16 +6,16 @@
 //! beyond, a longer answer therefore decides.
 
 use super::decay::Modes;
-use super::response::{CHANNELS, LoopSignals};
+use super::response::{LOOP_CHANNELS, LoopSignals};
 use nalgebra::DMatrix;
 
 /// Where what is left of an impulse is lost in rounding, of its largest.
-const ROUNDING: f64 = 2e-6;
+const IMPULSE_ROUNDING: f64 = 2e-6;
 
 /// Samples of a second from which the slowest mode is taken, and the share of them below which a
 /// direction is rounding.
 const A_SECOND: f64 = 10.0;
-const SHARE: f64 = 1e-3;
+const DECAY_RANK_SHARE: f64 = 1e-3;
 
 /// A mode that dies out more slowly than this, 1/s, may as well last: in the five seconds that it is
 /// taken from it loses a tenth.
@@ -32,11 +32,12 @@ pub fn is_undecided(radius: f64, period: f64) -> bool {
 pub fn radius(responses: &[Vec<LoopSignals>], period: f64) -> f64 {
     let apart = (1.0 / (A_SECOND * period)).round().max(1.0) as usize;
     let scaled = scaled(responses, apart);
-    let last = scaled.iter().filter_map(|s| s.iter().rposition(|v| v.abs() > ROUNDING)).max();
+    let last =
+        scaled.iter().filter_map(|s| s.iter().rposition(|v| v.abs() > IMPULSE_ROUNDING)).max();
     let from = last.unwrap_or(0) / 2;
     let count = last.map_or(0, |last| last + 1 - from);
     let samples = DMatrix::from_fn(scaled.len(), count, |i, k| scaled[i][from + k]);
-    let modes = Modes::of(&samples, SHARE);
+    let modes = Modes::of(&samples, DECAY_RANK_SHARE);
     let largest = modes.map_or(0.0, |m| m.poles.iter().map(|p| p.norm()).fold(0.0, f64::max));
     largest.powf(1.0 / apart as f64)
 }
@@ -52,7 +53,7 @@ pub fn radius_of_longer(responses: &[Vec<LoopSignals>], short: usize, period: f6
         let late = scaled.iter().flat_map(|s| &s[end - half..end]);
         late.map(|v| v.abs()).fold(0.0, f64::max)
     });
-    if after < SHARE * before {
+    if after < DECAY_RANK_SHARE * before {
         return (after / before).powf(1.0 / (periods - short) as f64);
     }
     radius(responses, period)
@@ -61,7 +62,7 @@ pub fn radius_of_longer(responses: &[Vec<LoopSignals>], short: usize, period: f6
 /// Every signal of every answer by its own largest, so that metres and newtons count alike; one
 /// sample of every `apart`.
 fn scaled(responses: &[Vec<LoopSignals>], apart: usize) -> Vec<Vec<f64>> {
-    let signals = responses.iter().flat_map(|r| (0..CHANNELS).map(move |i| (r, i)));
+    let signals = responses.iter().flat_map(|r| (0..LOOP_CHANNELS).map(move |i| (r, i)));
     let scaled = signals.map(|(r, i)| {
         let largest = r.iter().map(|row| row[i].abs()).fold(f64::MIN_POSITIVE, f64::max);
         r.iter().step_by(apart).map(|row| row[i] / largest).collect()
@@ -86,7 +87,7 @@ mod tests {
         };
         let answer =
             |c: usize| (0..4 * SHORT).map(|k| std::array::from_fn(|i| signal(k, i + c))).collect();
-        (0..CHANNELS).map(answer).collect()
+        (0..LOOP_CHANNELS).map(answer).collect()
     }
 
     #[test]

@@ -9,26 +9,26 @@
 use super::linear::{LinearCell, OperatingPoint};
 use nalgebra::{SVector, Vector3};
 use std::cell::Cell as Shared;
-use trueweld_core::control::{Command, HybridController, SensorReadings, Setpoint};
+use trueweld_core::control::{DriveCommand, HybridController, SensorReadings, Setpoint};
 use trueweld_core::{JointVector, Pose, Robot, Twist, Wrench};
 use trueweld_plant::cell::STATES;
 use trueweld_plant::input::Sensors;
 use trueweld_plant::integrate::{Diverged, Stepper};
 use trueweld_plant::robot::Drives;
 use trueweld_plant::simulate::{
-    ControlCycle, Controlled, Phase, Plant, Reference, RunError, Scenario, Seam, SimulatedCell,
-    Target, TaughtOffset,
+    ControlCycle, Controlled, Phase, Plant, ProgramTarget, Reference, RunError, Scenario, Seam,
+    SimulatedCell, TaughtOffset,
 };
 
 /// Where the loop is opened: corrections along x and y and about x, y and z of W, and the force
 /// error; then the drives.
-pub const CHANNELS: usize = 12;
+pub const LOOP_CHANNELS: usize = 12;
 
 /// How many of them are the set-point's; the others are the drives.
 pub const SETPOINT: usize = 6;
 
 /// Names of these places.
-pub const CHANNEL_NAMES: [&str; CHANNELS] = [
+pub const CHANNEL_NAMES: [&str; LOOP_CHANNELS] = [
     "longitudinal",
     "lateral",
     "side tilt",
@@ -44,11 +44,11 @@ pub const CHANNEL_NAMES: [&str; CHANNELS] = [
 ];
 
 /// Impulses: 1 µm, 1 µrad, 0.1 N and 10 N·m, far below what any limit holds and far above rounding.
-const IMPULSE: [f64; CHANNELS] =
+const IMPULSE: [f64; LOOP_CHANNELS] =
     [1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 0.1, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0];
 
 /// Largest departure of an angle at which the linear cell is believed to run away, rad.
-const AWAY: f64 = 0.1;
+const RUNAWAY_ANGLE: f64 = 0.1;
 
 /// How long the loop is given to come to rest, s.
 const SETTLE: f64 = 10.0;
@@ -71,7 +71,7 @@ pub struct Frozen<'a> {
 }
 
 /// What passes these places, once a period: m, rad, N, N·m.
-pub type LoopSignals = [f64; CHANNELS];
+pub type LoopSignals = [f64; LOOP_CHANNELS];
 
 /// A run of the loop.
 pub struct Run {
@@ -118,7 +118,7 @@ impl HybridController<f64> for Opened<'_> {
         robot: &Robot<f64>,
         setpoint: &Setpoint<f64>,
         sensed: &SensorReadings<f64>,
-    ) -> Command<f64> {
+    ) -> DriveCommand<f64> {
         let [x, y, rx, ry, rz, force, torque @ ..] = self.added.get();
         let twist = Twist { angular: Vector3::new(rx, ry, rz), linear: Vector3::new(x, y, 0.0) };
         let pose = setpoint.pose.displaced(&twist.rotated(&setpoint.b_from_w));
@@ -181,7 +181,7 @@ impl Frozen<'_> {
     /// [`RunError`] where the law cannot be built.
     pub fn answer(&self, time: f64) -> Result<Answer, RunError> {
         let rest = self.run(&self.impulse(None, time))?;
-        let impulses = (0..CHANNELS).map(|c| self.run(&self.impulse(Some(c), time)));
+        let impulses = (0..LOOP_CHANNELS).map(|c| self.run(&self.impulse(Some(c), time)));
         let impulses = impulses.collect::<Result<Vec<_>, _>>()?;
         let lost = rest.away || rest.held || impulses.iter().any(|run| run.away);
         Ok(Answer { responses: sensitivity(&rest, &impulses), rest, lost })
@@ -190,7 +190,7 @@ impl Frozen<'_> {
     /// The impulse at a channel, or none, with the time that margins give it before it, and `time`
     /// after it, s.
     fn impulse(&self, channel: Option<usize>, time: f64) -> Kick {
-        let mut added = [0.0; CHANNELS];
+        let mut added = [0.0; LOOP_CHANNELS];
         if let Some(c) = channel {
             added[c] = IMPULSE[c];
         }
@@ -208,7 +208,7 @@ impl Frozen<'_> {
         let rate = self.linear.point.drives().motor_rate;
         self.drive(plant, kick, &rate, |plant| {
             let x = &plant.x;
-            x.fixed_rows::<12>(0).amax() > AWAY || !x.sum().is_finite()
+            x.fixed_rows::<12>(0).amax() > RUNAWAY_ANGLE || !x.sum().is_finite()
         })
     }
 
@@ -234,13 +234,13 @@ impl Frozen<'_> {
         let Scenario { controller_model, weld, control, .. } = *self.scenario;
         let OperatingPoint { path, push, feed, .. } = self.at;
         let (seam, period) = (Seam::of(weld), control.period);
-        let added = Shared::new([0.0; CHANNELS]);
+        let added = Shared::new([0.0; LOOP_CHANNELS]);
         let mut law = self.scenario.build_law()?;
         law.freeze();
         let opened = Opened { controller: self.scenario.controller.build(control), added: &added };
         let sensors = steady(self.scenario.sensors);
         let scenario = Scenario { sensors: &sensors, fault: None, ..*self.scenario };
-        let target = |path| Target { phase: Phase::Steady, path, feed, force: Some(push) };
+        let target = |path| ProgramTarget { phase: Phase::Steady, path, feed, force: Some(push) };
         let at_place = self.reference();
         let motor = plant.drives().motor;
         let mut cycle =
@@ -254,7 +254,7 @@ impl Frozen<'_> {
         for tick in 0..all {
             let time = tick as f64 * period;
             let kicked = (settle..settle + kick.periods).contains(&tick);
-            let now = if kicked { kick.added } else { [0.0; CHANNELS] };
+            let now = if kicked { kick.added } else { [0.0; LOOP_CHANNELS] };
             added.set(now);
             let here = path + feed * time;
             let reference = if moves {
@@ -266,7 +266,7 @@ impl Frozen<'_> {
             if tick >= settle {
                 held += usize::from(command.limited.any());
                 let (linear, angular) = (correction_w.linear, correction_w.angular);
-                let mut row = [0.0; CHANNELS];
+                let mut row = [0.0; LOOP_CHANNELS];
                 row[..5].copy_from_slice(&[linear.x, linear.y, angular.x, angular.y, angular.z]);
                 // What the controller is asked for less what the sensor shows, before any filter.
                 let sensed_push = -(controller_model.forward_kinematics(&sensed.encoder).rotation
@@ -294,7 +294,7 @@ impl Frozen<'_> {
 
     fn reference(&self) -> Reference {
         let OperatingPoint { path, push, feed, .. } = self.at;
-        let target = Target { phase: Phase::Steady, path, feed, force: Some(push) };
+        let target = ProgramTarget { phase: Phase::Steady, path, feed, force: Some(push) };
         Reference::of(self.scenario, &Seam::of(self.scenario.weld), &self.taught, &target)
     }
 

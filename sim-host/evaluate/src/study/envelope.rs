@@ -1,7 +1,7 @@
 //! How wide the push swings where axes 4 and 6 come together: the same weld at one place after the
 //! other, as the published study has it in its section 5.3.
 
-use super::place::{Part, Placement, RealArm, Way};
+use super::place::{ArmAlongSeam, Placement, RealArm, Workpiece};
 use crate::laws::NoFigures;
 use crate::weld::WeldFigures;
 use rayon::prelude::*;
@@ -38,7 +38,7 @@ pub fn envelopes(
     distances: &[f64],
     progress: impl Fn() + Sync,
 ) -> Vec<EnvelopePoint> {
-    let part = Part::new(vec![weld.clone()]);
+    let part = Workpiece::new(vec![weld.clone()]);
     let point = |x: &f64| {
         let at = Placement { x_m: *x, ..part.placement() };
         let outcome = one(scenario, arm, &part.welds_at(&at)[0]);
@@ -77,13 +77,13 @@ pub fn reachable(
     [low, high]: [f64; 2],
     step: f64,
 ) -> Vec<f64> {
-    const PLACES: usize = 21;
-    let part = Part::new(vec![weld.clone()]);
+    const ENVELOPE_PLACES: usize = 21;
+    let part = Workpiece::new(vec![weld.clone()]);
     let count = ((high - low) / step + 1e-9).floor() as usize;
     let is_reached = |x: &f64| {
         let weld = &part.welds_at(&Placement { x_m: *x, ..part.placement() })[0];
         let ways: Result<_, (f64, KinematicsError)> =
-            Way::all(scenario.controller_model, scenario.planned, weld, PLACES);
+            ArmAlongSeam::all(scenario.controller_model, scenario.planned, weld, ENVELOPE_PLACES);
         ways.is_ok()
     };
     (0..=count).map(|k| low + k as f64 * step).filter(is_reached).collect()

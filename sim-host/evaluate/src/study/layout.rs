@@ -7,7 +7,7 @@
 //! else; what is traded for what is shown by the placements that no other one is better than in
 //! everything ([`pareto`]).
 
-use super::place::{Part, Placement, RealArm, Way, rolled};
+use super::place::{ArmAlongSeam, Placement, RealArm, Workpiece, rolled};
 use crate::figure::{Figure, FigureOf};
 use crate::laws::NoFigures;
 use crate::margins::{Margins, OperatingPoint, sector_margins};
@@ -20,10 +20,10 @@ use trueweld_plant::input::{Process, Weld};
 use trueweld_plant::simulate::{Recording, RunError, Scenario, Seam, run_passes, start_angles};
 
 /// Places along a seam at which the arm is looked at in the search, and where a placement is chosen.
-pub const PLACES: [usize; 2] = [21, 101];
+pub const SEAM_PLACES: [usize; 2] = [21, 101];
 
 /// Figures of a way along a seam.
-pub static WAY_FIGURES: [FigureOf<Way>; 10] = [
+pub static WAY_FIGURES: [FigureOf<ArmAlongSeam>; 10] = [
     FigureOf::new("lateral_max_m", "lateral, largest, by statics", "m", |way| {
         way.most(|at| at.displacement.linear.y.abs())
     }),
@@ -138,9 +138,9 @@ impl Range {
 
 /// Placements to choose from: a range of x, y, z, turn, inclination and roll.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Family(pub [Range; 6]);
+pub struct PlacementRange(pub [Range; 6]);
 
-impl Family {
+impl PlacementRange {
     /// A placement by its six numbers.
     fn placement([x_m, y_m, z_m, turn_rad, incline_rad, roll_rad]: [f64; 6]) -> Placement {
         Placement { x_m, y_m, z_m, turn_rad, incline_rad, roll_rad }
@@ -179,9 +179,9 @@ pub struct LayoutTask<'a> {
     /// The process as the welds are planned with it.
     pub planned: &'a Process,
     /// The part.
-    pub part: &'a Part,
+    pub part: &'a Workpiece,
     /// Where it may be put.
-    pub family: &'a Family,
+    pub family: &'a PlacementRange,
     /// What is allowed.
     pub allowed: &'a [Allowance],
 }
@@ -228,7 +228,7 @@ pub type OutOfReach = (f64, KinematicsError);
 
 /// A placement, and what it is worth.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Placed {
+pub struct RatedPlacement {
     /// Where.
     pub placement: Placement,
     /// What it is worth.
@@ -252,13 +252,13 @@ impl LayoutTask<'_> {
         &self,
         at: &Placement,
         places: usize,
-        is: impl Fn(usize, &Way) -> bool,
+        is: impl Fn(usize, &ArmAlongSeam) -> bool,
     ) -> Result<PlacedPart, OutOfReach> {
         let robot =
             rolled(self.robot, at.roll_rad).map_err(|_| (0.0, KinematicsError::NotFinite))?;
         let mut part: Option<PlacedPart> = None;
         for (k, weld) in self.part.welds_at(at).iter().enumerate() {
-            let ways = Way::all(&robot, self.planned, weld, places)?;
+            let ways = ArmAlongSeam::all(&robot, self.planned, weld, places)?;
             let of = ways.iter().filter(|way| is(k, way)).map(|way| self.worth(at, way));
             let best = of.reduce(|a, b| if b.cost() < a.cost() { b } else { a });
             let best = best.ok_or((0.0, KinematicsError::Unreachable))?;
@@ -271,14 +271,20 @@ impl LayoutTask<'_> {
     }
 
     /// The way of a seam in the posture of a branch.
-    pub fn way(&self, at: &Placement, seam: usize, branch: Branch, places: usize) -> Option<Way> {
+    pub fn way(
+        &self,
+        at: &Placement,
+        seam: usize,
+        branch: Branch,
+        places: usize,
+    ) -> Option<ArmAlongSeam> {
         let robot = rolled(self.robot, at.roll_rad).ok()?;
         let weld = self.part.welds_at(at).into_iter().nth(seam)?;
-        let ways = Way::all(&robot, self.planned, &weld, places).ok()?;
+        let ways = ArmAlongSeam::all(&robot, self.planned, &weld, places).ok()?;
         ways.into_iter().find(|way| way.branch == branch)
     }
 
-    fn worth(&self, at: &Placement, way: &Way) -> PlacedPart {
+    fn worth(&self, at: &Placement, way: &ArmAlongSeam) -> PlacedPart {
         let mut values = [0.0; WAY_FIGURES.len()];
         WAY_FIGURES.iter().zip(&mut values).for_each(|(of, value)| *value = (of.value)(way));
         self.shared(*at, vec![way.branch], values)
@@ -311,11 +317,11 @@ impl LayoutTask<'_> {
     }
 
     /// Every placement of the family's grid, on all cores.
-    pub fn grid(&self, progress: impl Fn() + Sync) -> Vec<Placed> {
+    pub fn grid(&self, progress: impl Fn() + Sync) -> Vec<RatedPlacement> {
         let place = |at: &Placement| {
-            let outcome = self.place(at, PLACES[0]);
+            let outcome = self.place(at, SEAM_PLACES[0]);
             progress();
-            Placed { placement: *at, outcome }
+            RatedPlacement { placement: *at, outcome }
         };
         self.family.placements().par_iter().map(place).collect()
     }
@@ -323,21 +329,21 @@ impl LayoutTask<'_> {
     /// The best placement within the family's ranges, between the points of its grid too: a pattern
     /// search from the best points of the grid, one number after the other, with steps that are
     /// halved where none makes it better. `None` where the grid has none that is reached.
-    pub fn best(&self, grid: &[Placed]) -> Option<PlacedPart> {
+    pub fn best(&self, grid: &[RatedPlacement]) -> Option<PlacedPart> {
         /// Points that the search begins at, how often its steps are halved, and from where on the
         /// arm is looked at closely.
-        const STARTS: usize = 4;
-        const HALVINGS: usize = 7;
-        const CLOSELY: usize = 4;
+        const LAYOUT_SEARCH_STARTS: usize = 4;
+        const LAYOUT_STEP_HALVINGS: usize = 7;
+        const CLOSE_LOOK_HALVING: usize = 4;
         let mut starts: Vec<&PlacedPart> =
             grid.iter().filter_map(|placed| placed.outcome.as_ref().ok()).collect();
         starts.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
-        starts.truncate(STARTS);
+        starts.truncate(LAYOUT_SEARCH_STARTS);
         let found = starts.into_par_iter().map(|start| {
             let mut best = start.clone();
-            for halving in 0..HALVINGS {
+            for halving in 0..LAYOUT_STEP_HALVINGS {
                 let step = 0.5_f64.powi(halving as i32 + 1);
-                while let Some(better) = self.better(&best, step, PLACES[0]) {
+                while let Some(better) = self.better(&best, step, SEAM_PLACES[0]) {
                     best = better;
                 }
             }
@@ -347,10 +353,10 @@ impl LayoutTask<'_> {
         let found: Vec<PlacedPart> = found.collect();
         let best = found.into_iter().reduce(|a, b| if b.cost() < a.cost() { b } else { a })?;
         // What is told of it is looked at closely: a reserve may be kept at few places and not between.
-        let mut best = self.place(&best.placement, PLACES[1]).ok()?;
-        for halving in CLOSELY..HALVINGS {
+        let mut best = self.place(&best.placement, SEAM_PLACES[1]).ok()?;
+        for halving in CLOSE_LOOK_HALVING..LAYOUT_STEP_HALVINGS {
             let step = 0.5_f64.powi(halving as i32 + 1);
-            while let Some(better) = self.better(&best, step, PLACES[1]) {
+            while let Some(better) = self.better(&best, step, SEAM_PLACES[1]) {
                 best = better;
             }
         }
@@ -369,7 +375,8 @@ impl LayoutTask<'_> {
             })
         });
         let neighbours = neighbours.filter(|next| *next != here);
-        let placed = neighbours.filter_map(|n| self.place(&Family::placement(n), places).ok());
+        let placed =
+            neighbours.filter_map(|n| self.place(&PlacementRange::placement(n), places).ok());
         let best = placed.reduce(|a, b| if b.cost() < a.cost() { b } else { a })?;
         // A gain that no one would move a part for ends the search.
         (best.cost() < than.cost() * (1.0 - 1e-4)).then_some(best)
@@ -476,7 +483,7 @@ fn held(
     at: &Placement,
 ) -> Result<HeldWeld, NoFigures> {
     let reach = || RunError::Reach { path: 0.0, reason: "no posture welds there" };
-    let way = task.way(at, seam, placed.branches[seam], PLACES[1]).ok_or_else(reach)?;
+    let way = task.way(at, seam, placed.branches[seam], SEAM_PLACES[1]).ok_or_else(reach)?;
     let weld = task.part.welds_at(at).into_iter().nth(seam).ok_or_else(reach)?;
     let robot = |of: &Robot<f64>| {
         rolled(of, at.roll_rad).and_then(|robot| way.held(&robot)).map_err(|_| RunError::Cell)
@@ -510,5 +517,5 @@ pub fn as_filed(task: &LayoutTask<'_>) -> Result<PlacedPart, OutOfReach> {
             task.robot.branch_of(&start).ok()
         })
         .collect();
-    task.place_with(&at, PLACES[1], |seam, way| taken[seam].is_none_or(|b| b == way.branch))
+    task.place_with(&at, SEAM_PLACES[1], |seam, way| taken[seam].is_none_or(|b| b == way.branch))
 }

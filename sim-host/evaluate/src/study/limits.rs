@@ -42,7 +42,7 @@ impl Driven {
 
     /// How many runs a search takes at most.
     pub fn runs(self) -> usize {
-        self.ends([0.0; 2]).len() * (EVENLY + HALVINGS)
+        self.ends([0.0; 2]).len() * (RANGE_SCAN_VALUES + EDGE_HALVINGS)
     }
 
     /// Where ranges that are searched begin and end: what has two sides is driven to both.
@@ -80,7 +80,7 @@ pub struct LimitStudy<'a> {
 
 /// One run at a value of what is driven.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Probe {
+pub struct LimitProbe {
     /// The value, SI units.
     pub value: f64,
     /// The figure that takes the largest share of its limit; `None` where there are no figures.
@@ -93,7 +93,7 @@ pub struct Probe {
     pub failed: Option<NoFigures>,
 }
 
-impl Probe {
+impl LimitProbe {
     /// All limits are kept, and it is the weld that was asked for.
     pub fn is_kept(&self) -> bool {
         within(self.share, 1.0)
@@ -112,16 +112,16 @@ pub struct FoundLimit {
     /// sign.
     pub largest: Option<f64>,
     /// The run just beyond it, which says what limits; `None` where the whole range is kept.
-    pub beyond: Option<Probe>,
+    pub beyond: Option<LimitProbe>,
     /// All is kept again at this value beyond the edge.
     pub kept_again: Option<f64>,
     /// Every run, by its value.
-    pub probes: Vec<Probe>,
+    pub probes: Vec<LimitProbe>,
 }
 
 /// Values that a range is looked at first, and how often the edge is halved.
-const EVENLY: usize = 9;
-const HALVINGS: usize = 6;
+const RANGE_SCAN_VALUES: usize = 9;
+const EDGE_HALVINGS: usize = 6;
 
 impl LimitStudy<'_> {
     /// The edge of what keeps the limits, between two values.
@@ -145,9 +145,9 @@ impl LimitStudy<'_> {
         [low, high]: [f64; 2],
         progress: &(impl Fn() + Sync),
     ) -> FoundLimit {
-        let value = |k: usize| low + (high - low) * k as f64 / (EVENLY - 1) as f64;
-        let values: Vec<f64> = (0..EVENLY).map(value).collect();
-        let mut probes: Vec<Probe> = values
+        let value = |k: usize| low + (high - low) * k as f64 / (RANGE_SCAN_VALUES - 1) as f64;
+        let values: Vec<f64> = (0..RANGE_SCAN_VALUES).map(value).collect();
+        let mut probes: Vec<LimitProbe> = values
             .par_iter()
             .map(|value| {
                 let probe = self.probe(driven, *value);
@@ -164,7 +164,7 @@ impl LimitStudy<'_> {
             Some(0) => (None, Some(probes[0].clone())),
             Some(first) => {
                 let (mut kept, mut beyond) = (probes[first - 1].value, probes[first].clone());
-                for _ in 0..HALVINGS {
+                for _ in 0..EDGE_HALVINGS {
                     let probe = self.probe(driven, 0.5 * (kept + beyond.value));
                     progress();
                     probes.push(probe.clone());
@@ -178,7 +178,7 @@ impl LimitStudy<'_> {
     }
 
     /// One run at a value of what is driven.
-    pub fn probe(&self, driven: Driven, value: f64) -> Probe {
+    pub fn probe(&self, driven: Driven, value: f64) -> LimitProbe {
         match self.run(driven, value) {
             Ok(figures) => {
                 let stated = self.limits.iter().map(|limit| {
@@ -191,7 +191,7 @@ impl LimitStudy<'_> {
                 let (figure, share) = worst.unzip();
                 let share = share.unwrap_or(0.0);
                 let held = figures.limits.iter().map(|span| span.kind).collect();
-                Probe { value, figure, share, held, failed: None }
+                LimitProbe { value, figure, share, held, failed: None }
             }
             Err(error) => {
                 let held = match &error {
@@ -200,7 +200,7 @@ impl LimitStudy<'_> {
                     }
                     _ => Vec::new(),
                 };
-                Probe { value, figure: None, share: f64::INFINITY, held, failed: Some(error) }
+                LimitProbe { value, figure: None, share: f64::INFINITY, held, failed: Some(error) }
             }
         }
     }

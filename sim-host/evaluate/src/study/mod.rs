@@ -15,12 +15,12 @@ mod sobol;
 pub use envelope::{EnvelopePoint, EnvelopeRun, envelopes, reachable};
 pub use figures::{MARGINS_ASKED, STUDY_FIGURES, study_figure};
 pub use layout::{
-    Allowance, Confirmation, ConfirmedWeld, Family, LayoutTask, Limiting, OutOfReach, PLACES,
-    Placed, PlacedPart, Range, WAY_FIGURES, as_filed, confirm, more_is_better, numbers, pareto,
-    way_figure,
+    Allowance, Confirmation, ConfirmedWeld, LayoutTask, Limiting, OutOfReach, PlacedPart,
+    PlacementRange, Range, RatedPlacement, SEAM_PLACES, WAY_FIGURES, as_filed, confirm,
+    more_is_better, numbers, pareto, way_figure,
 };
-pub use limits::{Driven, FoundLimit, LimitStudy, Probe};
-pub use place::{Part, Placement, RealArm, Way, centred, rolled, shortened};
+pub use limits::{Driven, FoundLimit, LimitProbe, LimitStudy};
+pub use place::{ArmAlongSeam, Placement, RealArm, Workpiece, centred, rolled, shortened};
 pub use sensitivity::{
     Derivative, FigureDerivatives, FigureIndices, GlobalSensitivity, Input, LocalSensitivity,
     SensitivityStudy, StudyRun,

@@ -29,7 +29,7 @@ pub struct RealArm<'a> {
 
 /// Welds that are made on one part, and move with it.
 #[derive(Debug, Clone)]
-pub struct Part {
+pub struct Workpiece {
     /// The welds where their files have them.
     pub welds: Vec<Weld>,
     /// Middle of the seams' ends, in B, m.
@@ -55,7 +55,7 @@ pub struct Placement {
     pub roll_rad: f64,
 }
 
-impl Part {
+impl Workpiece {
     /// A part of these welds, of which there is at least one.
     pub fn new(welds: Vec<Weld>) -> Self {
         let ends = welds.iter().flat_map(|weld| [weld.start, weld.end]);
@@ -121,14 +121,14 @@ pub fn rolled(robot: &Robot<f64>, roll: f64) -> Result<Robot<f64>, ModelError> {
 
 /// The arm along one seam, in one posture.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Way {
+pub struct ArmAlongSeam {
     /// Shoulder, elbow and wrist at the start.
     pub branch: Branch,
     /// The arm at places evenly along the seam, both ends included.
     pub places: Vec<ArmAt>,
 }
 
-impl Way {
+impl ArmAlongSeam {
     /// Every way along a seam within the joints' ranges, at so many places; `Err` with the farthest
     /// place that any branch reaches, m, and why not beyond.
     ///

@@ -22,14 +22,14 @@ use trueweld_plant::random::Random;
 use trueweld_plant::simulate::{Scenario, Seam};
 
 /// Steps of the differences, standard deviations: the second checks the first.
-const STEPS: [f64; 2] = [0.5, 0.25];
+const DIFFERENCE_STEPS: [f64; 2] = [0.5, 0.25];
 
 /// Difference of both derivatives, over the larger, beyond which the figure has a kink or noise
 /// there.
 const SMOOTH: f64 = 0.2;
 
 /// Share of the largest derivative below which a derivative is rounding.
-const NEGLIGIBLE: f64 = 0.01;
+const DERIVATIVE_ROUNDING: f64 = 0.01;
 
 /// A study of what a weld's figures depend on.
 #[derive(Debug, Clone, Copy)]
@@ -274,7 +274,7 @@ impl SensitivityStudy<'_> {
 
     /// How many runs the derivatives take.
     pub fn local_runs(&self) -> usize {
-        1 + 2 * STEPS.len() * Input::numbers(self.cell.uncertain).len()
+        1 + 2 * DIFFERENCE_STEPS.len() * Input::numbers(self.cell.uncertain).len()
     }
 
     /// Derivatives about the middle cell. `progress` is told how many runs are done.
@@ -283,7 +283,7 @@ impl SensitivityStudy<'_> {
         let inputs = Input::numbers(uncertain);
         let middle = vec![0.0; SHORT + uncertain.latents()];
         let of_input = |input: &Input| {
-            let steps = STEPS.iter().flat_map(|step| [*step, -*step]);
+            let steps = DIFFERENCE_STEPS.iter().flat_map(|step| [*step, -*step]);
             let cell = |step: f64| {
                 let mut at = middle.clone();
                 input.coordinates.iter().for_each(|k| at[*k] = step);
@@ -304,11 +304,11 @@ impl SensitivityStudy<'_> {
             .collect();
         let figures = self.figures().filter_map(|figure| {
             let value = |run: &StudyRun| run.figures.as_ref()?.get(figure.key).copied();
-            let around = runs[1..].chunks_exact(2 * STEPS.len());
+            let around = runs[1..].chunks_exact(2 * DIFFERENCE_STEPS.len());
             let of_input = |runs: &[StudyRun]| {
                 let [wider, narrower] = [0, 1].map(|k| {
                     let [above, below] = [&runs[2 * k], &runs[2 * k + 1]].map(value);
-                    Some((above? - below?) / (2.0 * STEPS[k]))
+                    Some((above? - below?) / (2.0 * DIFFERENCE_STEPS[k]))
                 });
                 Some([narrower?, wider?])
             };
@@ -318,7 +318,7 @@ impl SensitivityStudy<'_> {
                 value,
                 wider,
                 smooth: (value - wider).abs()
-                    <= (SMOOTH * value.abs().max(wider.abs())).max(NEGLIGIBLE * largest),
+                    <= (SMOOTH * value.abs().max(wider.abs())).max(DERIVATIVE_ROUNDING * largest),
             };
             let derivatives = slopes.into_iter().map(|s| s.map(derivative)).collect();
             Some(FigureDerivatives { figure, value: value(&runs[0])?, derivatives })

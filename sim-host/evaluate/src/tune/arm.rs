@@ -54,7 +54,7 @@ pub(super) fn arm_along(scenario: &Scenario<'_>, places: usize) -> Result<Vec<Ar
 }
 
 /// Damping ratio of the position loops.
-const DAMPING: f64 = 0.4;
+const POSITION_LOOP_DAMPING_RATIO: f64 = 0.4;
 
 /// Share of the arm's first natural frequency that a position loop is as fast as.
 const OF_MODE: f64 = 0.4;
@@ -72,7 +72,7 @@ pub(super) fn force_delay(scenario: &Scenario<'_>, w: f64) -> f64 {
     let mut spindle = SpindleFilter::new(period);
     spindle.tune(scenario.planned.spindle);
     let filter = if sensor.filter > 0.0 { (TAU * sensor.filter).recip() } else { 0.0 };
-    sensor.delay + filter + spindle.delay() + 0.5 * period + 2.0 * DAMPING / w
+    sensor.delay + filter + spindle.delay() + 0.5 * period + 2.0 * POSITION_LOOP_DAMPING_RATIO / w
 }
 
 /// Gains from the arm at the start of the weld, where the step of force is made.
@@ -92,7 +92,7 @@ pub(super) fn closed_form(
         JointGains {
             kp,
             ki: kp * integral,
-            kd: (start.inertia * (2.0 * DAMPING * w)).zip_map(&most, f64::min),
+            kd: (start.inertia * (2.0 * POSITION_LOOP_DAMPING_RATIO * w)).zip_map(&most, f64::min),
         }
     };
     let rise = 3.0 / asked.settle;
@@ -117,7 +117,10 @@ pub(super) fn closed_form(
         period,
         parallel: ParallelGains {
             joint: position(w, w / 4.0),
-            force: force(2.0 * DAMPING * (start.stiffness * start.mass).sqrt(), rate),
+            force: force(
+                2.0 * POSITION_LOOP_DAMPING_RATIO * (start.stiffness * start.mass).sqrt(),
+                rate,
+            ),
         },
         superposed: ParallelGains {
             joint: position(0.6 * w, 0.6 * w / 30.0),

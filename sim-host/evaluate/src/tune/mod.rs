@@ -15,7 +15,7 @@ mod rating;
 mod search;
 
 pub use asked::{AskedResponse, TuneError};
-pub use rating::{Criterion, Rating, worst};
+pub use rating::{LoopCriterion, Rating, worst};
 
 use crate::arm::ArmAt;
 use crate::figure::Limit;
@@ -30,7 +30,9 @@ use search::{Judge, rounded};
 use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::Control;
-use trueweld_plant::simulate::{Controller, LimitKind, LimitSpan, Program, Scenario, run_passes};
+use trueweld_plant::simulate::{
+    ControllerKind, LimitKind, LimitSpan, Scenario, WeldProgram, run_passes,
+};
 
 /// A robot to be tuned, at a weld.
 #[derive(Debug, Clone, Copy)]
@@ -57,7 +59,7 @@ pub type WeldOutcome = Result<WeldFigures, String>;
 #[derive(Debug, Clone, PartialEq)]
 pub struct TunedController {
     /// Which.
-    pub controller: Controller,
+    pub controller: ControllerKind,
     /// Each margin where it is least along the weld, without compensation.
     pub margins: Vec<Rating>,
     /// What the step came to; `None` where it came to no end.
@@ -155,19 +157,20 @@ pub fn tune(
         closed_form(scenario, &task.response, &arm)
     };
     progress("controllers", 0.0);
-    let found = Controller::ALL.par_iter().map(|controller| judge.search(&control, *controller));
-    for (controller, found) in Controller::ALL.iter().zip(found.collect::<Vec<_>>()) {
+    let found =
+        ControllerKind::ALL.par_iter().map(|controller| judge.search(&control, *controller));
+    for (controller, found) in ControllerKind::ALL.iter().zip(found.collect::<Vec<_>>()) {
         let found = found?;
         match controller {
-            Controller::Parallel => control.parallel = found.parallel,
-            Controller::Superposed => control.superposed = found.superposed,
-            Controller::External => control.external = found.external,
+            ControllerKind::Parallel => control.parallel = found.parallel,
+            ControllerKind::Superposed => control.superposed = found.superposed,
+            ControllerKind::External => control.external = found.external,
         }
     }
     progress("laws", 0.5);
     let control = rounded(&paced_laws(&judge, control, task.laws)?);
     progress("confirmation", 0.8);
-    let controllers = Controller::ALL.par_iter().map(|controller| {
+    let controllers = ControllerKind::ALL.par_iter().map(|controller| {
         let none = Entry::of::<Uncompensated>();
         let step = judge.step(&control, *controller)?;
         Ok(TunedController {
@@ -182,8 +185,8 @@ pub fn tune(
     let laws = task.laws.par_iter().map(|law| {
         Ok(TunedLaw {
             law: law.clone(),
-            margins: judge.rate(&judge.map(&control, Controller::External, law)?),
-            weld: weld(&judge.with(&control, Controller::External, law)),
+            margins: judge.rate(&judge.map(&control, ControllerKind::External, law)?),
+            weld: weld(&judge.with(&control, ControllerKind::External, law)),
         })
     });
     let laws = laws.collect::<Result<_, TuneError>>()?;
@@ -242,7 +245,7 @@ fn paced_laws(
 
 /// The weld, after one pass where the law learns from pass to pass.
 fn weld(scenario: &Scenario<'_>) -> WeldOutcome {
-    let scenario = Scenario { program: Program::Weld, ..*scenario };
+    let scenario = Scenario { program: WeldProgram::Weld, ..*scenario };
     let passes = if scenario.law.needs().passes { 2 } else { 1 };
     let recording = run_passes(&scenario, passes, |_| {}).map_err(|error| error.to_string())?;
     WeldFigures::of(&recording).ok_or_else(|| NoFigures::NotSteady.to_string())

@@ -8,7 +8,7 @@ use crate::step::StepFigures;
 
 /// What may limit a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Criterion {
+pub enum LoopCriterion {
     /// A margin, of a channel, at a place.
     Margin {
         /// Which margin.
@@ -37,7 +37,7 @@ pub enum Criterion {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rating {
     /// What.
-    pub criterion: Criterion,
+    pub criterion: LoopCriterion,
     /// What was reached, SI units; infinite or 0 where there is none.
     pub value: f64,
     /// What is asked: of margins the least, of the others the most.
@@ -66,7 +66,7 @@ pub(super) fn rate_margins(asked: &[Limit], map: &[Margins]) -> Vec<Rating> {
     let unstable = map.iter().filter(|at| at.channels.is_none()).map(|at| {
         let radius = at.spectral_radius.min(10.0);
         let used = UNSTABLE * if at.held { 10.0 } else { radius };
-        let criterion = Criterion::Unstable { path: at.of.at.path };
+        let criterion = LoopCriterion::Unstable { path: at.of.at.path };
         Rating { criterion, value: at.spectral_radius, asked: 1.0, used }
     });
     let unstable: Vec<Rating> = unstable.collect();
@@ -79,7 +79,7 @@ pub(super) fn rate_margins(asked: &[Limit], map: &[Margins]) -> Vec<Rating> {
             .iter()
             .map(|at| {
                 let (value, channel) = (of.value)(at);
-                let criterion = Criterion::Margin { figure, channel, path: at.of.at.path };
+                let criterion = LoopCriterion::Margin { figure, channel, path: at.of.at.path };
                 Rating { criterion, value, asked: *least, used: least / value.max(1e-12) }
             })
             .collect();
@@ -99,18 +99,18 @@ pub(super) fn rate_step(asked: &AskedResponse, step: Option<&StepFigures>) -> Ve
         Rating { criterion, value, asked, used: (value / asked.max(1e-6)).min(NEVER) }
     };
     let Some(step) = step else {
-        return vec![most(Criterion::NoStep, f64::INFINITY, 1.0)];
+        return vec![most(LoopCriterion::NoStep, f64::INFINITY, 1.0)];
     };
     let settled = step.settle_5pct.unwrap_or(f64::INFINITY);
     let height = asked.height.abs();
     vec![
-        most(Criterion::Settling, settled, asked.settle),
-        most(Criterion::Overshoot, step.overshoot, asked.overshoot),
-        most(Criterion::StaticError, step.static_error.abs() / height, asked.static_error),
+        most(LoopCriterion::Settling, settled, asked.settle),
+        most(LoopCriterion::Overshoot, step.overshoot, asked.overshoot),
+        most(LoopCriterion::StaticError, step.static_error.abs() / height, asked.static_error),
     ]
 }
 
-impl Criterion {
+impl LoopCriterion {
     /// True for what a faster or stronger position loop is limited by.
     pub fn is_of_drives(&self) -> bool {
         matches!(self, Self::Margin { channel, .. }

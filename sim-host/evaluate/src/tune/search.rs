@@ -3,7 +3,7 @@
 //!
 //! Nothing is drawn: the same robot and the same requirements give the same gains.
 
-use super::rating::{Criterion, Rating, rate_margins, rate_step, worst};
+use super::rating::{LoopCriterion, Rating, rate_margins, rate_step, worst};
 use super::{AskedResponse, TuneError};
 use crate::figure::Limit;
 use crate::margins::{Condition, Margins, margin_map, margins};
@@ -14,14 +14,14 @@ use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_core::control::JointGains;
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{Control, ParallelGains};
-use trueweld_plant::simulate::{Controller, Program, RunError, Scenario, run};
+use trueweld_plant::simulate::{ControllerKind, RunError, Scenario, WeldProgram, run};
 
 /// A gain, or several that belong together, that is turned by a factor.
 #[derive(Debug, Clone, Copy)]
 struct Knob {
     /// Of the position loop; the others are of the force loop.
     position: bool,
-    turn: fn(&mut Control, Controller, f64),
+    turn: fn(&mut Control, ControllerKind, f64),
 }
 
 /// What can be turned, in the order in which it is.
@@ -30,7 +30,7 @@ const KNOBS: [Knob; 6] = [
     Knob {
         position: false,
         turn: |control, controller, f| match controller {
-            Controller::External => control.external.force.ki *= f,
+            ControllerKind::External => control.external.force.ki *= f,
             _ => parallel(control, controller).force.ki *= f,
         },
     },
@@ -49,47 +49,47 @@ const KNOBS: [Knob; 6] = [
     Knob {
         position: false,
         turn: |control, controller, f| match controller {
-            Controller::External => control.external.force.kp *= f,
+            ControllerKind::External => control.external.force.kp *= f,
             _ => parallel(control, controller).force.kd *= f,
         },
     },
     Knob {
         position: false,
         turn: |control, controller, f| {
-            if controller != Controller::External {
+            if controller != ControllerKind::External {
                 parallel(control, controller).force.max_rate *= f;
             }
         },
     },
 ];
 
-fn parallel(control: &mut Control, controller: Controller) -> &mut ParallelGains {
-    if controller == Controller::Superposed {
+fn parallel(control: &mut Control, controller: ControllerKind) -> &mut ParallelGains {
+    if controller == ControllerKind::Superposed {
         &mut control.superposed
     } else {
         &mut control.parallel
     }
 }
 
-fn joint(control: &mut Control, controller: Controller) -> &mut JointGains<f64> {
+fn joint(control: &mut Control, controller: ControllerKind) -> &mut JointGains<f64> {
     match controller {
-        Controller::External => &mut control.external.joint,
+        ControllerKind::External => &mut control.external.joint,
         _ => &mut parallel(control, controller).joint,
     }
 }
 
 /// Factors by which a knob is turned, the coarse first.
-const FACTORS: [f64; 3] = [1.4, 1.18, 1.08];
+const KNOB_FACTORS: [f64; 3] = [1.4, 1.18, 1.08];
 
 /// Most gains that are tried in a round.
-const MOST: usize = 40;
+const ROUND_GAINS_MAX: usize = 40;
 
 /// What is to be used up at most of what is allowed, so that the last digit of a gain does not
 /// decide.
 const AIM: f64 = 0.97;
 
 /// Rounds in which conditions are added that turned out to be worse than those looked at.
-const ROUNDS: usize = 3;
+const CONDITION_ROUNDS: usize = 3;
 
 /// How gains are judged.
 #[derive(Debug, Clone, Copy)]
@@ -105,30 +105,30 @@ pub(super) struct Judge<'a> {
 
 /// What gains came to.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Judged {
+pub(super) struct JudgedGains {
     pub margins: Vec<Rating>,
     pub response: Vec<Rating>,
 }
 
-impl Judged {
+impl JudgedGains {
     /// What counts, the first before the second: 0 where all that is asked is reached.
     fn score(&self) -> [f64; 2] {
         [&self.margins, &self.response].map(|all| excess(all))
     }
 }
 
-impl Judged {
+impl JudgedGains {
     /// What is to be mended first.
-    fn binding(&self) -> Option<Criterion> {
+    fn binding(&self) -> Option<LoopCriterion> {
         let group = if excess(&self.margins) > 0.0 { &self.margins } else { &self.response };
         worst(group).map(|rating| rating.criterion)
     }
 }
 
 /// What to turn and by which factor, the likeliest to help first.
-fn turns(binding: Option<Criterion>, factor: f64) -> Vec<(Knob, f64)> {
+fn turns(binding: Option<LoopCriterion>, factor: f64) -> Vec<(Knob, f64)> {
     let of_drives = binding.is_some_and(|criterion| criterion.is_of_drives());
-    let faster = matches!(binding, Some(Criterion::Settling | Criterion::StaticError));
+    let faster = matches!(binding, Some(LoopCriterion::Settling | LoopCriterion::StaticError));
     let by = if faster { [factor, factor.recip()] } else { [factor.recip(), factor] };
     let mut knobs = KNOBS;
     knobs.sort_by_key(|knob| knob.position != of_drives);
@@ -142,14 +142,14 @@ fn excess(ratings: &[Rating]) -> f64 {
 }
 
 /// The step of the push, s: time to rest before it, and time recorded after it.
-const STEP: [f64; 2] = [1.0, 3.0];
+const PUSH_STEP_TIMES: [f64; 2] = [1.0, 3.0];
 
 impl<'a> Judge<'a> {
     /// The same scenario with these gains.
     pub fn with<'b>(
         &self,
         control: &'b Control,
-        controller: Controller,
+        controller: ControllerKind,
         law: &'b Entry,
     ) -> Scenario<'b>
     where
@@ -167,7 +167,7 @@ impl<'a> Judge<'a> {
     pub fn map(
         &self,
         control: &Control,
-        controller: Controller,
+        controller: ControllerKind,
         law: &Entry,
     ) -> Result<Vec<Margins>, TuneError> {
         let scenario = Scenario { cell: self.still, ..self.with(control, controller, law) };
@@ -178,11 +178,11 @@ impl<'a> Judge<'a> {
     pub fn step(
         &self,
         control: &Control,
-        controller: Controller,
+        controller: ControllerKind,
     ) -> Result<Option<StepFigures>, TuneError> {
         let none = Entry::of::<Uncompensated>();
-        let [hold, length] = STEP;
-        let program = Program::ForceStep { height: self.response.height, hold, length };
+        let [hold, length] = PUSH_STEP_TIMES;
+        let program = WeldProgram::ForceStep { height: self.response.height, hold, length };
         let scenario = Scenario { program, ..self.with(control, controller, &none) };
         let at = scenario.weld.settle + hold;
         match run(&scenario, |_| {}) {
@@ -200,7 +200,7 @@ impl<'a> Judge<'a> {
     fn margins_at(
         &self,
         control: &Control,
-        controller: Controller,
+        controller: ControllerKind,
         law: &Entry,
         spots: &[Condition],
     ) -> Result<Vec<Rating>, TuneError> {
@@ -211,14 +211,18 @@ impl<'a> Judge<'a> {
     }
 
     /// Gains of a controller from some to begin with.
-    pub fn search(&self, start: &Control, controller: Controller) -> Result<Control, TuneError> {
+    pub fn search(
+        &self,
+        start: &Control,
+        controller: ControllerKind,
+    ) -> Result<Control, TuneError> {
         let none = Entry::of::<Uncompensated>();
         let mut best = rounded(start);
         let mut spots: Vec<Condition> = Vec::new();
-        for _ in 0..ROUNDS {
+        for _ in 0..CONDITION_ROUNDS {
             let map = self.map(&best, controller, &none)?;
             let new = self.worst_spots(&map, &spots);
-            let judged = Judged {
+            let judged = JudgedGains {
                 margins: self.rate(&map),
                 response: rate_step(self.response, self.step(&best, controller)?.as_ref()),
             };
@@ -235,12 +239,12 @@ impl<'a> Judge<'a> {
     fn turned(
         &self,
         start: Control,
-        controller: Controller,
+        controller: ControllerKind,
         law: &Entry,
         spots: &[Condition],
     ) -> Result<Control, TuneError> {
         let judge = |control: &Control| {
-            Ok::<_, TuneError>(Judged {
+            Ok::<_, TuneError>(JudgedGains {
                 margins: self.margins_at(control, controller, law, spots)?,
                 response: rate_step(self.response, self.step(control, controller)?.as_ref()),
             })
@@ -248,13 +252,13 @@ impl<'a> Judge<'a> {
         let mut best = start;
         let mut known = judge(&best)?;
         let mut tried = 0;
-        for factor in FACTORS {
+        for factor in KNOB_FACTORS {
             let mut improved = true;
             while improved {
                 improved = false;
                 for (knob, by) in turns(known.binding(), factor) {
                     // On in the same direction, as long as it gets better.
-                    while known.score() != [0.0; 2] && tried < MOST {
+                    while known.score() != [0.0; 2] && tried < ROUND_GAINS_MAX {
                         let mut next = best.clone();
                         (knob.turn)(&mut next, controller, by);
                         let next = rounded(&next);
@@ -286,8 +290,8 @@ impl<'a> Judge<'a> {
     fn may_be_better(
         &self,
         next: &Control,
-        controller: Controller,
-        known: &Judged,
+        controller: ControllerKind,
+        known: &JudgedGains,
     ) -> Result<bool, TuneError> {
         let [margins, response] = known.score();
         if margins > 0.0 {
@@ -300,7 +304,7 @@ impl<'a> Judge<'a> {
     /// The gains at the fastest pace of a law at which the margins are kept, or at which they are
     /// missed by least. `paced`: the gains at a share of its own pace.
     pub fn pace(&self, law: &Entry, paced: impl Fn(f64) -> Control) -> Result<Control, TuneError> {
-        let (controller, own) = (Controller::External, rounded(&paced(1.0)));
+        let (controller, own) = (ControllerKind::External, rounded(&paced(1.0)));
         let kept = |map: &[Margins]| self.rate(map).iter().all(Rating::is_met);
         let map = self.map(&own, controller, law)?;
         if kept(&map) {

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
-use trueweld_plant::input::{Bounds, InputError, Table, did_you_mean};
+use trueweld_plant::input::{Bounds, InputError, TomlTable, did_you_mean};
 
 /// Standard deviations at which a distribution without bounds is cut off: 6 in 100 000 lie beyond.
 pub(super) const CUT: f64 = 4.0;
@@ -86,7 +86,9 @@ impl Distribution {
         value.clamp(low, high)
     }
 
-    pub(super) fn read(table: &Table<'_>) -> Result<(Self, &'static [&'static str]), InputError> {
+    pub(super) fn read(
+        table: &TomlTable<'_>,
+    ) -> Result<(Self, &'static [&'static str]), InputError> {
         let number = |key| table.number(key, Bounds::Any);
         let positive = |key| table.number(key, Bounds::Positive);
         let end = |key, without: f64| if table.has(key) { number(key) } else { Ok(without) };

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trueweld_plant::effects::{EffectKind, Location, LocationKind, library};
 use trueweld_plant::input::{
-    Bounds, InputError, Process, RobotFile, Sensors, Table, did_you_mean, quantity, unit_of,
+    Bounds, InputError, Process, RobotFile, Sensors, TomlTable, did_you_mean, quantity, unit_of,
 };
 
 /// Where the seam really lies, against where it was taught, axes of the taught W about its origin:
@@ -61,7 +61,7 @@ impl UncertainEntry {
     ///
     /// # Errors
     /// [`InputError`].
-    pub(crate) fn read(table: &Table<'_>) -> Result<Self, InputError> {
+    pub(crate) fn read(table: &TomlTable<'_>) -> Result<Self, InputError> {
         let (subject, own, key) = Self::subject(table)?;
         let (distribution, of_distribution) = Distribution::read(table)?;
         let common = ["distribution", "relative", "group", "correlation", "source"];
@@ -126,7 +126,7 @@ impl UncertainEntry {
 
     /// The number, the keys that name it, and its own key.
     fn subject(
-        table: &Table<'_>,
+        table: &TomlTable<'_>,
     ) -> Result<(Subject, &'static [&'static str], &'static str), InputError> {
         let among = |under: &'static str, keys: Vec<&'static str>| {
             let text = table.text(under)?.text;

@@ -5,7 +5,7 @@
 
 use crate::data::log::{LOG_FILE, Log, SAMPLES_FILE, name_of, piece_name};
 use std::path::{Path, PathBuf};
-use trueweld_plant::input::{Document, FileKind, InputError, Source, read_text};
+use trueweld_plant::input::{FileKind, InputError, Source, TomlDocument, read_text};
 
 /// Name of the file that lists a campaign's logs.
 pub const CAMPAIGN_FILE: &str = "campaign.toml";
@@ -51,7 +51,7 @@ impl Campaign {
     /// The first thing that does not fit, with file, line and column.
     pub fn list(folder: &Path) -> Result<(PathBuf, Vec<(String, PathBuf)>), InputError> {
         let (name, text) = read_text(&folder.join(CAMPAIGN_FILE))?;
-        let document = Document::parse(&text, &name)?;
+        let document = TomlDocument::parse(&text, &name)?;
         let root = document.root_of(FileKind::Campaign.schema())?;
         root.only(&["schema", "model", "logs"])?;
         let model = root.file("model", folder)?;
@@ -157,12 +157,12 @@ fn fit_together(logs: &[Log]) -> Result<(), InputError> {
 /// Refuses a recording that stands in two logs: encoders and an instrument that read the same.
 fn recorded_once(logs: &[Log]) -> Result<(), InputError> {
     /// Rows that do not come out alike by chance.
-    const FEWEST: usize = 20;
+    const EQUAL_ROWS_MIN: usize = 20;
     let same = |a: &Log, b: &Log| {
         let (a, b) = (&a.samples, &b.samples);
         let instrument = (a.position.is_some() && a.position == b.position)
             || a.motor_torque.iter().zip(&b.motor_torque).any(|(a, b)| a.is_some() && a == b);
-        a.len() >= FEWEST && a.encoder == b.encoder && instrument
+        a.len() >= EQUAL_ROWS_MIN && a.encoder == b.encoder && instrument
     };
     for (k, log) in logs.iter().enumerate() {
         if let Some(first) = logs[..k].iter().find(|other| same(other, log)) {

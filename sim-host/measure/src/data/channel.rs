@@ -81,7 +81,7 @@ impl ChannelEntry {
 use LogKind::{FreeMotion, StaticLoad, Weld};
 
 /// Every channel, in the order in which columns are numbered.
-pub(crate) static CHANNELS: [ChannelEntry; 10] = [
+pub(crate) static LOG_CHANNELS: [ChannelEntry; 10] = [
     ChannelEntry {
         most: (1e10, "milliseconds or less"),
         needed: &LogKind::ALL,
@@ -182,13 +182,13 @@ pub(crate) static CHANNELS: [ChannelEntry; 10] = [
 ];
 
 /// Number of columns that are known.
-pub(super) const COUNT: usize = first(CHANNELS.len());
+pub(super) const COUNT: usize = first(LOG_CHANNELS.len());
 
 /// Number of all columns before the channel of this index.
 const fn first(index: usize) -> usize {
     let (mut sum, mut i) = (0, 0);
     while i < index {
-        sum += CHANNELS[i].columns.len();
+        sum += LOG_CHANNELS[i].columns.len();
         i += 1;
     }
     sum
@@ -212,7 +212,7 @@ impl LogChannel {
 
     /// What is known of it.
     pub(crate) fn entry(self) -> &'static ChannelEntry {
-        &CHANNELS[self as usize]
+        &LOG_CHANNELS[self as usize]
     }
 
     /// Numbers of its columns.
@@ -223,7 +223,7 @@ impl LogChannel {
     /// The channel that a column belongs to, and its place there.
     pub(super) fn of(column: usize) -> (&'static ChannelEntry, usize) {
         let has = |entry: &&ChannelEntry| entry.id.columns().contains(&column);
-        let entry = CHANNELS.iter().find(has).unwrap_or(&CHANNELS[0]);
+        let entry = LOG_CHANNELS.iter().find(has).unwrap_or(&LOG_CHANNELS[0]);
         (entry, column - entry.id.columns().start)
     }
 }
@@ -240,8 +240,8 @@ mod tests {
 
     #[test]
     fn entries_stand_in_the_order_of_their_channels_and_columns_are_numbered_through() {
-        assert!(CHANNELS.iter().all(|entry| std::ptr::eq(entry.id.entry(), entry)));
-        let names: Vec<&str> = CHANNELS.iter().flat_map(|c| c.columns).copied().collect();
+        assert!(LOG_CHANNELS.iter().all(|entry| std::ptr::eq(entry.id.entry(), entry)));
+        let names: Vec<&str> = LOG_CHANNELS.iter().flat_map(|c| c.columns).copied().collect();
         assert_eq!(names, (0..COUNT).map(column_name).collect::<Vec<_>>());
     }
 }

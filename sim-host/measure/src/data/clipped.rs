@@ -7,24 +7,24 @@ use std::ops::Range;
 
 /// Rows in the shortest run at a limit: noise does not make an instrument read the same as often,
 /// and a run of fewer hides little.
-const SHORTEST: usize = 5;
+const LIMIT_RUN_ROWS_MIN: usize = 5;
 
 /// Most rows between two runs at a limit that belong to the stretch: readings there are those of
 /// which the noise has one sign.
 const BETWEEN: usize = 5;
 
 /// Rows on either side of a run in which the reading must be noisy.
-const AROUND: usize = 25;
+const NOISY_NEIGHBOURS: usize = 25;
 
 /// Least fourth difference, as a share of the first, of a series that is noisy: of white noise it is
 /// 6, of an arm that comes to rest smoothly, or swings at a tenth of the rate of the rows, 0.01.
 const NOISY: f64 = 0.05;
 
 /// Least noise in steps of the instrument's resolution. Below, it may read the same often.
-const RESOLVED: f64 = 3.0;
+const RESOLVED_NOISE_STEPS: f64 = 3.0;
 
 /// Most pairs of neighbouring readings, as a share, that are the same in a finely resolved series.
-const ALIKE: f64 = 0.1;
+const REPEATED_SHARE_MAX: f64 = 0.1;
 
 /// A series that is at its limit now and then.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,7 +62,8 @@ pub(crate) fn clipped(series: &[f64], others: &[&[f64]], centred: bool) -> Vec<C
             is_noisy(series, f64::NAN, &[whole])
         });
         let of = |limit| at(limit, runs(&limit));
-        let found = limits.into_iter().map(of).filter(|c| centred && noise && c.rows >= SHORTEST);
+        let found =
+            limits.into_iter().map(of).filter(|c| centred && noise && c.rows >= LIMIT_RUN_ROWS_MIN);
         return found.collect();
     }
     let all: Vec<Range<usize>> = limits.iter().flat_map(runs).collect();
@@ -72,7 +73,7 @@ pub(crate) fn clipped(series: &[f64], others: &[&[f64]], centred: bool) -> Vec<C
     let is_clipped = |limit: &f64| {
         let runs = runs(limit);
         let long: Vec<Range<usize>> =
-            runs.iter().filter(|r| r.len() >= SHORTEST).cloned().collect();
+            runs.iter().filter(|r| r.len() >= LIMIT_RUN_ROWS_MIN).cloned().collect();
         !long.is_empty()
             && is_noisy(series, *limit, &beside(&long, series.len()))
             && (others.is_empty() || any_moves(others, &long))
@@ -117,13 +118,16 @@ fn is_fine(series: &[f64], runs: &[Range<usize>]) -> bool {
             same += usize::from(pair[0] == pair[1]);
         }
     }
-    pairs > 0 && same as f64 <= ALIKE * f64::from(pairs)
+    pairs > 0 && same as f64 <= REPEATED_SHARE_MAX * f64::from(pairs)
 }
 
 /// Rows beside runs.
 fn beside(runs: &[Range<usize>], length: usize) -> Vec<Range<usize>> {
     let of = |run: &Range<usize>| {
-        [run.start.saturating_sub(AROUND)..run.start, run.end..(run.end + AROUND).min(length)]
+        [
+            run.start.saturating_sub(NOISY_NEIGHBOURS)..run.start,
+            run.end..(run.end + NOISY_NEIGHBOURS).min(length),
+        ]
     };
     runs.iter().flat_map(of).collect()
 }
@@ -144,7 +148,7 @@ fn is_noisy(series: &[f64], limit: f64, rows: &[Range<usize>]) -> bool {
     // The fourth difference of white noise σ has the deviation √70 σ, and its magnitude a median of
     // 0.6745 of that.
     let deviation = fourth / (0.6745 * 70f64.sqrt());
-    fourth > NOISY * first && deviation > RESOLVED * resolution(series)
+    fourth > NOISY * first && deviation > RESOLVED_NOISE_STEPS * resolution(series)
 }
 
 /// True where something else that the instrument reads changes in most of each run.

@@ -58,22 +58,22 @@ pub(crate) const DRIFT: f64 = 1e-4;
 
 /// What an arm's effects that no model has leave between what both saw, m. It is no noise: it does not
 /// average out, and a clock is not bent to it.
-const UNKNOWN: f64 = 5e-4;
+const UNMODELLED_MOTION: f64 = 5e-4;
 
 /// How well a correlation finds the offset: steps of its grid.
 const FOUND: f64 = 4.0;
 
 /// Points that a clock is fitted to.
-const FITTED: usize = 20_000;
+const CLOCK_FIT_POINTS: usize = 20_000;
 
 /// A tracker that is in the base frame up to this was registered, m: the rest is a small motion.
 const REGISTERED: f64 = 0.02;
 
 /// How far a registered tracker may be off: m and rad.
-const REGISTRATION: f64 = 2e-3;
+const REGISTRATION_ERROR: f64 = 2e-3;
 
 /// Most points in a correlation.
-const CORRELATED: usize = 1 << 20;
+const CORRELATION_POINTS_MAX: usize = 1 << 20;
 
 /// Offset of the clock of `other` against that of `own`, s, by the speeds that they saw, and the
 /// step to which it is known. `None` where nothing moved.
@@ -81,7 +81,8 @@ pub fn correlate(own: &Points<'_>, other: &Points<'_>) -> Option<(f64, f64)> {
     let span = |p: &Points<'_>| Some(p.time.last()? - p.time.first()?);
     let (longest, shortest) = (span(own)?.max(span(other)?), span(own)?.min(span(other)?));
     let slower = median_step(own.time).max(median_step(other.time));
-    let step = (shortest / 2048.0).max(2.0 * slower).max(2.0 * longest / CORRELATED as f64);
+    let step =
+        (shortest / 2048.0).max(2.0 * slower).max(2.0 * longest / CORRELATION_POINTS_MAX as f64);
     if !(step.is_finite() && step > 0.0 && shortest > 8.0 * step) {
         return None;
     }
@@ -171,7 +172,7 @@ pub fn fit(
     given: [bool; 2],
 ) -> Option<FittedClock> {
     let period = median_step(own.time);
-    let stride = (other.time.len() / FITTED).max(1);
+    let stride = (other.time.len() / CLOCK_FIT_POINTS).max(1);
     let seen: Vec<(f64, Vector3<f64>)> = other
         .time
         .iter()
@@ -252,7 +253,7 @@ pub fn fit(
         let variance = (squares / (3 * times.len()) as f64).max(1e-14);
         // What is known beforehand, in units of the residual.
         let offset_known = (FOUND * step).max(1e-6);
-        let known = variance.max(UNKNOWN.powi(2));
+        let known = variance.max(UNMODELLED_MOTION.powi(2));
         let mut prior = |i: usize, deviation: f64, off: f64| {
             normal[(i, i)] += known / deviation.powi(2);
             right[i] -= off * known / deviation.powi(2);
@@ -267,8 +268,8 @@ pub fn fit(
         prior(1, if given[1] { 1e-15 } else { DRIFT }, if given[1] { 0.0 } else { drift_off });
         if registered {
             let off = shift;
-            (0..3).for_each(|i| prior(2 + i, REGISTRATION, off[i]));
-            (0..3).for_each(|i| prior(5 + i, REGISTRATION, 0.0));
+            (0..3).for_each(|i| prior(2 + i, REGISTRATION_ERROR, off[i]));
+            (0..3).for_each(|i| prior(5 + i, REGISTRATION_ERROR, 0.0));
         }
         let factor = normal.cholesky()?;
         let change = factor.solve(&right);

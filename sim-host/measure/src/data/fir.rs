@@ -9,7 +9,7 @@ use nalgebra::{SMatrix, SVector};
 use std::f64::consts::PI;
 
 /// Kaiser's β for 50 dB.
-const BETA: f64 = 4.55;
+const KAISER_BETA_50_DB: f64 = 4.55;
 
 /// Most samples to either side: an arm's logs have some hundred in a period of any band.
 const MOST_HALF: f64 = 16_384.0;
@@ -47,7 +47,7 @@ impl LowPass {
             }
             let x = 2.0 * cutoff * period * k;
             let sinc = if x == 0.0 { 1.0 } else { (PI * x).sin() / (PI * x) };
-            sinc * bessel(BETA * (1.0 - u * u).sqrt()) / bessel(BETA)
+            sinc * bessel(KAISER_BETA_50_DB * (1.0 - u * u).sqrt()) / bessel(KAISER_BETA_50_DB)
         };
         let at = |k: usize| k as f64 - half as f64;
         let n = 2 * half + 1;
@@ -181,15 +181,15 @@ fn line<'a>(values: impl ExactSizeIterator<Item = &'a f64> + Clone) -> (f64, f64
 /// Value and rate at the start of a noisy series: by a straight line through as many samples as lie
 /// on one.
 pub fn start(period: f64, deviation: f64, series: &[f64]) -> (f64, f64) {
-    const LEAST: usize = 8;
+    const LINE_SAMPLES_MIN: usize = 8;
     let mut found = (series[0], 0.0);
-    let mut length = LEAST;
+    let mut length = LINE_SAMPLES_MIN;
     while length <= series.len() {
         let samples = &series[..length];
         let (value, slope) = line(samples.iter());
         let left: f64 =
             samples.iter().enumerate().map(|(k, v)| (v - value - slope * k as f64).powi(2)).sum();
-        if length > LEAST
+        if length > LINE_SAMPLES_MIN
             && (left / (length - 2) as f64).sqrt()
                 > deviation * (1.0 + 2.0 / (length as f64).sqrt())
         {
@@ -216,11 +216,11 @@ pub struct Beginning {
 impl Beginning {
     /// Of a series with white noise of this deviation; `None` where it is too short.
     pub fn of(period: f64, deviation: f64, series: &[f64]) -> Option<Self> {
-        const LEAST: usize = 24;
+        const CUBIC_SAMPLES_MIN: usize = 24;
         /// Deviations of its slope at which a series is taken to move.
         const MOVES: f64 = 8.0;
         let mut found = None;
-        let mut length = LEAST;
+        let mut length = CUBIC_SAMPLES_MIN;
         while length <= series.len() {
             let span = (length - 1) as f64;
             let powers = |k: usize| {
@@ -328,7 +328,7 @@ pub struct Smoothed {
 }
 
 /// Deviations within which [`Bands`] agree where little of the series may be lost.
-pub const CLOSELY: f64 = 3.0;
+pub const CLOSE_AGREEMENT_DEVIATIONS: f64 = 3.0;
 
 /// The same where little of the noise may be left: of thousands of samples with ten comparisons each
 /// some lie beyond three deviations by chance, and each has a wide band around it.

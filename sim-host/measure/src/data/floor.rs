@@ -12,7 +12,7 @@ use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 const SECTION: usize = 256;
 
 /// Samples in the shortest series that noise is read off.
-const SHORTEST: usize = 64;
+const NOISE_SAMPLES_MIN: usize = 64;
 
 /// Rotation vectors as seen from the one before, summed up: without the flip of sign near half a
 /// turn. NaN where there is none.
@@ -61,12 +61,12 @@ pub(super) fn floor(series: &[f64]) -> Option<f64> {
 /// neither, nor is what rings after an impact, or a filtered channel. `None` of any other series.
 pub(super) fn white(series: &[f64]) -> Option<f64> {
     /// Fewest sections that show whether noise stays the same.
-    const SECTIONS: usize = 4;
+    const FLOOR_SECTIONS_MIN: usize = 4;
     /// Largest ratio of deviations that are the same: those of 64 frequencies in 4 sections scatter
     /// by 5 %.
-    const SAME: f64 = 1.25;
+    const EQUAL_NOISE_RATIO: f64 = 1.25;
     let step = resolution(series);
-    let upper = upper_half(&even(series)?).filter(|upper| upper[0].len() >= SECTIONS)?;
+    let upper = upper_half(&even(series)?).filter(|upper| upper[0].len() >= FLOOR_SECTIONS_MIN)?;
     let deviation = |of: &dyn Fn(&[f64]) -> f64, part: &[Vec<f64>]| {
         let mut spectrum: Vec<f64> = part.iter().map(|at| of(at)).collect();
         spectrum.sort_by(f64::total_cmp);
@@ -76,7 +76,7 @@ pub(super) fn white(series: &[f64]) -> Option<f64> {
     let mean = |at: &[f64]| at.iter().sum::<f64>() / at.len() as f64;
     let all = deviation(&quiet, &upper);
     let parts = [deviation(&quiet, lower), deviation(&quiet, higher), deviation(&mean, &upper)];
-    let same = |part: &f64| *part < SAME * all && all < SAME * part;
+    let same = |part: &f64| *part < EQUAL_NOISE_RATIO * all && all < EQUAL_NOISE_RATIO * part;
     (all > step && parts.iter().all(same)).then_some(all)
 }
 
@@ -84,13 +84,13 @@ pub(super) fn white(series: &[f64]) -> Option<f64> {
 /// instrument that is read more seldom. What moves would jump where readings are left out.
 fn even(series: &[f64]) -> Option<Vec<f64>> {
     /// Most readings, as a share, that may be missing.
-    const FEW: f64 = 0.1;
+    const MISSING_READINGS_MAX: f64 = 0.1;
     let known: Vec<usize> = (0..series.len()).filter(|k| series[*k].is_finite()).collect();
     let (first, last) = (*known.first()?, *known.last()?);
     let every = known.windows(2).map(|w| w[1] - w[0]).max().unwrap_or(1);
     let all_even = known.windows(2).all(|w| w[1] - w[0] == every);
     let length = last + 1 - first;
-    if !all_even && (length - known.len()) as f64 > FEW * length as f64 {
+    if !all_even && (length - known.len()) as f64 > MISSING_READINGS_MAX * length as f64 {
         return None;
     }
     let mut out = vec![series[first]];
@@ -118,7 +118,7 @@ fn through(series: &[f64], readings: &[usize], row: usize) -> f64 {
 /// Welch's spectrum over the upper half of the frequencies of a series, by frequency and section:
 /// variance per sample. `None` where the series is too short.
 fn upper_half(series: &[f64]) -> Option<Vec<Vec<f64>>> {
-    if series.len() < SHORTEST {
+    if series.len() < NOISE_SAMPLES_MIN {
         return None;
     }
     let n = SECTION.min(series.len());

@@ -7,13 +7,13 @@ pub mod clock;
 pub(crate) mod dropout;
 pub mod fir;
 mod floor;
-pub(crate) mod held;
 mod kind;
 pub mod log;
 pub mod noise;
 mod outlier;
 pub(crate) mod rates;
 pub mod resample;
+pub(crate) mod sample_hold;
 
 /// The value in the middle, the upper of two; `None` of no values. They change places.
 fn median(values: &mut [f64]) -> Option<f64> {

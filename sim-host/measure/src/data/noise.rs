@@ -3,13 +3,13 @@
 
 use crate::data::channel::LogChannel;
 use crate::data::floor::{floor, relative_rotation, white};
-pub use crate::data::log::{Level, NoiseLevels};
 use crate::data::log::{Log, LogKind};
+pub use crate::data::log::{NoiseLevel, NoiseLevels};
 use trueweld_core::JOINTS;
 
 /// How many times the stated noise white scatter must be for the scatter to be taken for it, and the
 /// other way round: it is known to some 10 %, and makers round.
-const OFF: f64 = 1.5;
+const STATED_NOISE_RATIO_MAX: f64 = 1.5;
 
 /// White scatter of a channel that is not as its log states.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,7 +37,7 @@ pub fn instruments(logs: &[Log]) -> Vec<NoiseLevels> {
             for (column, level) in levels.iter_mut().enumerate().filter(|(_, l)| l.is_none()) {
                 let of = |known: &mut NoiseLevels| known.channels_mut()[channel].1[column];
                 let found = known.iter_mut().filter_map(of).collect();
-                *level = median(found, |level: &Level| level.deviation);
+                *level = median(found, |level: &NoiseLevel| level.deviation);
             }
         }
     }
@@ -61,7 +61,9 @@ fn larger(logs: &[Log], all: &mut [NoiseLevels]) {
                 let own = of(k);
                 let others = || median((0..logs.len()).filter_map(of).collect(), |l| l.deviation);
                 let found = own.or_else(others);
-                if let Some(found) = found.filter(|f| f.deviation > OFF * stated.deviation) {
+                if let Some(found) =
+                    found.filter(|f| f.deviation > STATED_NOISE_RATIO_MAX * stated.deviation)
+                {
                     *level = Some(found);
                 }
             }
@@ -81,7 +83,11 @@ pub fn scatters(logs: &[Log], larger: bool) -> Vec<Scatter> {
         {
             let off = stated.iter().zip(shown.iter()).filter_map(|(stated, shown)| {
                 let (stated, shown) = (stated.as_ref()?.deviation, shown.as_ref()?.deviation);
-                let off = if larger { shown > OFF * stated } else { stated > OFF * shown };
+                let off = if larger {
+                    shown > STATED_NOISE_RATIO_MAX * stated
+                } else {
+                    stated > STATED_NOISE_RATIO_MAX * shown
+                };
                 off.then_some([stated, shown])
             });
             let off: Vec<[f64; 2]> = off.collect();
@@ -123,12 +129,12 @@ fn scatter_of(log: &Log) -> Option<NoiseLevels> {
         return None;
     }
     let mut levels = log.noise;
-    let unknown = Some(Level { deviation: f64::NAN, stated: false });
+    let unknown = Some(NoiseLevel { deviation: f64::NAN, stated: false });
     for (channel, levels) in levels.channels_mut() {
         // A process, or a brake, shakes the motors themselves; what a free motion commands is smooth.
         let shaken = channel == LogChannel::Encoder && log.kind != LogKind::FreeMotion;
         // What is stated is looked at, and nothing else.
-        let looked_at = |level: &Option<Level>| level.is_some() && !shaken;
+        let looked_at = |level: &Option<NoiseLevel>| level.is_some() && !shaken;
         levels.iter_mut().for_each(|l| *l = if looked_at(l) { None } else { unknown });
     }
     read(log, &mut levels, white);
@@ -141,8 +147,8 @@ fn scatter_of(log: &Log) -> Option<NoiseLevels> {
 /// Reads the noise that is not known off the recording.
 fn read(log: &Log, levels: &mut NoiseLevels, of: fn(&[f64]) -> Option<f64>) {
     let s = &log.samples;
-    let read = |level: &mut Option<Level>, series: &dyn Fn() -> Option<Vec<f64>>| {
-        let shown = || of(&series()?).map(|deviation| Level { deviation, stated: false });
+    let read = |level: &mut Option<NoiseLevel>, series: &dyn Fn() -> Option<Vec<f64>>| {
+        let shown = || of(&series()?).map(|deviation| NoiseLevel { deviation, stated: false });
         *level = level.or_else(shown);
     };
     let rotation = s.rotation.as_ref().map(|r| relative_rotation(r));

@@ -10,24 +10,24 @@ use super::floor::resolution;
 use std::ops::Range;
 
 /// Readings on either side that a line is laid through.
-const LINE: usize = 5;
+const LINE_READINGS: usize = 5;
 
 /// Most outliers in a row.
-const MOST: usize = 3;
+const OUTLIERS_IN_A_ROW_MAX: usize = 3;
 
 /// Readings on either side that tell how far a line usually misses.
-const AROUND: usize = 20;
+const SCATTER_NEIGHBOURS: usize = 20;
 
 /// How many deviations of what a line misses by, and of the stated noise, an outlier stands out by.
 /// A line's misses are 1.5 times the noise, so that white noise would have to reach 12 deviations.
-const FAR: f64 = 8.0;
+const OUTLIER_DEVIATIONS: f64 = 8.0;
 
 /// Largest difference of both lines, as a share of what they miss an outlier by: a level that stays
 /// changed has one of the size of the change.
 const AGREE: f64 = 0.4;
 
 /// Rounds: an outlier beside another one is seen when that is out.
-const ROUNDS: usize = 4;
+const OUTLIER_ROUNDS: usize = 4;
 
 /// Outliers of a series: rows, and by how much each stands out. `noise`: its stated deviation.
 pub(crate) fn outliers(time: &[f64], series: &[f64], noise: f64) -> Vec<(usize, f64)> {
@@ -35,8 +35,8 @@ pub(crate) fn outliers(time: &[f64], series: &[f64], noise: f64) -> Vec<(usize, 
     // A reading that flickers between two steps is none.
     let noise = noise.max(Some(resolution(series)).filter(|r| r.is_finite()).unwrap_or(0.0));
     let mut found = Vec::new();
-    for _ in 0..ROUNDS {
-        let round = Readings { time, series, known: &known, noise }.outliers();
+    for _ in 0..OUTLIER_ROUNDS {
+        let round = SeriesReadings { time, series, known: &known, noise }.outliers();
         if round.is_empty() {
             break;
         }
@@ -48,7 +48,7 @@ pub(crate) fn outliers(time: &[f64], series: &[f64], noise: f64) -> Vec<(usize, 
 }
 
 /// The readings of a series, by number.
-struct Readings<'a> {
+struct SeriesReadings<'a> {
     time: &'a [f64],
     series: &'a [f64],
     /// Rows with a reading.
@@ -56,11 +56,11 @@ struct Readings<'a> {
     noise: f64,
 }
 
-impl Readings<'_> {
+impl SeriesReadings<'_> {
     fn outliers(&self) -> Vec<(usize, f64)> {
         let n = self.known.len();
         let mut found = Vec::new();
-        if n < 2 * (LINE + 1) + MOST {
+        if n < 2 * (LINE_READINGS + 1) + OUTLIERS_IN_A_ROW_MAX {
             return found;
         }
         let bend = |p: usize| (self.value(p - 1) - 2.0 * self.value(p) + self.value(p + 1)).abs();
@@ -69,11 +69,13 @@ impl Readings<'_> {
         let usual = *sorted.select_nth_unstable_by(bends.len() / 2, f64::total_cmp).1;
         let mut steps: Vec<f64> = (1..n).map(|p| self.at(p) - self.at(p - 1)).collect();
         let step = *steps.select_nth_unstable_by(n / 2, f64::total_cmp).1;
-        let mut p = LINE + 1;
-        while p + LINE < n {
+        let mut p = LINE_READINGS + 1;
+        while p + LINE_READINGS < n {
             // An outlier bends the series at its own place by more than noise does.
             let bent = bends[p - 1] > 4.0 * usual;
-            let run = bent.then(|| (1..=MOST).find_map(|length| self.stands_out(p, length, step)));
+            let run = bent.then(|| {
+                (1..=OUTLIERS_IN_A_ROW_MAX).find_map(|length| self.stands_out(p, length, step))
+            });
             match run.flatten() {
                 Some(sizes) => {
                     let rows = (p..).zip(&sizes).map(|(p, size)| (self.known[p], *size));
@@ -89,17 +91,17 @@ impl Readings<'_> {
     /// By how much the readings from `p` on stand out, each on its own; `None` where one does not.
     fn stands_out(&self, p: usize, length: usize, step: f64) -> Option<Vec<f64>> {
         let after = p + length;
-        if after + LINE > self.known.len() {
+        if after + LINE_READINGS > self.known.len() {
             return None;
         }
-        let span = self.at(after + LINE - 1) - self.at(p - LINE);
+        let span = self.at(after + LINE_READINGS - 1) - self.at(p - LINE_READINGS);
         // Across a gap nobody knows.
-        if span > 2.0 * step * (2 * LINE + length) as f64 {
+        if span > 2.0 * step * (2 * LINE_READINGS + length) as f64 {
             return None;
         }
         let (centre, usual) = self.misses(p, after)?;
-        let lines = [self.line(p - LINE), self.line(after)];
-        let far = FAR * usual.max(self.noise);
+        let lines = [self.line(p - LINE_READINGS), self.line(after)];
+        let far = OUTLIER_DEVIATIONS * usual.max(self.noise);
         let size = |p: usize| {
             let missed = lines.map(|line| self.missed(p, line) - centre);
             let size = missed[0].abs().min(missed[1].abs());
@@ -116,13 +118,13 @@ impl Readings<'_> {
         let of = |rows: Range<usize>| {
             let mut all: Vec<f64> = rows
                 .flat_map(|q| {
-                    let before = (q >= LINE).then(|| self.line(q - LINE));
-                    let after = (q + LINE < self.known.len()).then(|| self.line(q + 1));
+                    let before = (q >= LINE_READINGS).then(|| self.line(q - LINE_READINGS));
+                    let after = (q + LINE_READINGS < self.known.len()).then(|| self.line(q + 1));
                     before.into_iter().chain(after).map(move |line| self.missed(q, line))
                 })
                 .collect();
             let middle = all.len() / 2;
-            let enough = all.len() > AROUND / 2;
+            let enough = all.len() > SCATTER_NEIGHBOURS / 2;
             enough.then(|| {
                 let centre = *all.select_nth_unstable_by(middle, f64::total_cmp).1;
                 all.iter_mut().for_each(|miss| *miss = (*miss - centre).abs());
@@ -132,8 +134,11 @@ impl Readings<'_> {
         };
         // Lines of its readings do not reach the run.
         let n = self.known.len();
-        let before = of(p.saturating_sub(AROUND + LINE)..p.saturating_sub(LINE));
-        let behind = of((after + LINE).min(n)..(after + LINE + AROUND).min(n));
+        let before =
+            of(p.saturating_sub(SCATTER_NEIGHBOURS + LINE_READINGS)
+                ..p.saturating_sub(LINE_READINGS));
+        let behind =
+            of((after + LINE_READINGS).min(n)..(after + LINE_READINGS + SCATTER_NEIGHBOURS).min(n));
         match (before, behind) {
             (Some(a), Some(b)) => Some((0.5 * (a.0 + b.0), a.1.max(b.1) + (a.0 - b.0).abs())),
             (one, other) => one.or(other),
@@ -147,20 +152,20 @@ impl Readings<'_> {
 
     /// The line through readings from `first` on, by medians: value at time 0, and slope.
     fn line(&self, first: usize) -> (f64, f64) {
-        const PAIRS: usize = LINE * (LINE - 1) / 2;
-        let (mut slopes, mut count) = ([0.0; PAIRS], 0);
-        for a in first..first + LINE {
-            for b in a + 1..first + LINE {
+        const LINE_PAIRS: usize = LINE_READINGS * (LINE_READINGS - 1) / 2;
+        let (mut slopes, mut count) = ([0.0; LINE_PAIRS], 0);
+        for a in first..first + LINE_READINGS {
+            for b in a + 1..first + LINE_READINGS {
                 slopes[count] = (self.value(b) - self.value(a)) / (self.at(b) - self.at(a));
                 count += 1;
             }
         }
         slopes.sort_unstable_by(f64::total_cmp);
-        let slope = 0.5 * (slopes[PAIRS / 2 - 1] + slopes[PAIRS / 2]);
-        let mut values: [f64; LINE] =
+        let slope = 0.5 * (slopes[LINE_PAIRS / 2 - 1] + slopes[LINE_PAIRS / 2]);
+        let mut values: [f64; LINE_READINGS] =
             std::array::from_fn(|j| self.value(first + j) - slope * self.at(first + j));
         values.sort_unstable_by(f64::total_cmp);
-        (values[LINE / 2], slope)
+        (values[LINE_READINGS / 2], slope)
     }
 
     fn value(&self, p: usize) -> f64 {

@@ -11,27 +11,27 @@ use super::median;
 use nalgebra::{Matrix3, Vector3};
 
 /// Half the width of the sinc, in samples of the slower series, and Kaiser's β of its window.
-const HALF: f64 = 16.0;
-const BETA: f64 = 8.0;
+const SINC_HALF_WIDTH: f64 = 16.0;
+const SINC_KAISER_BETA: f64 = 8.0;
 
 /// Points of the window that are tabulated.
 const TABULATED: usize = 1024;
 
 /// Fewest samples that a parabola is laid through.
-const NEAR: usize = 7;
+const PARABOLA_SAMPLES_MIN: usize = 7;
 
 /// Share of the samples that a sinc's window must hold: beside a gap it is a parabola's turn.
-const FULL: f64 = 0.95;
+const SINC_SAMPLES_MIN: f64 = 0.95;
 
 /// A step that varies by more than this share is uneven: a sinc would put samples where they are
 /// not.
 const UNEVEN: f64 = 0.05;
 
 /// Times that are as near as this, in periods, are the same.
-const SAME: f64 = 1e-4;
+const EQUAL_TIME_DIFFERENCE: f64 = 1e-4;
 
 /// A step further than this from a whole number of periods is none, of which stamps alone jitter.
-const OFF: f64 = 0.25;
+const GRID_DEPARTURE_MAX: f64 = 0.25;
 
 /// How the values at one time come from samples of a series: the first sample and the weights from
 /// there on.
@@ -73,7 +73,7 @@ pub fn median_step(times: &[f64]) -> f64 {
 pub fn is_even(times: &[f64]) -> bool {
     let period = median_step(times);
     let periods = || times.windows(2).map(|w| (w[1] - w[0]) / period);
-    let off = periods().filter(|p| (p - p.round().max(1.0)).abs() > OFF).count();
+    let off = periods().filter(|p| (p - p.round().max(1.0)).abs() > GRID_DEPARTURE_MAX).count();
     let lost = periods().filter(|p| *p > 1.5).count();
     20 * off <= times.len() && 4 * lost <= times.len()
 }
@@ -83,13 +83,13 @@ impl<'t> Resampler<'t> {
     pub fn new(times: &'t [f64], grid_period: f64) -> Self {
         let period = median_step(times);
         // Jitter of single stamps, not lost rows.
-        let near = |w: &[f64]| (w[1] - w[0] - period).abs() < (1.0 - OFF) * period;
+        let near = |w: &[f64]| (w[1] - w[0] - period).abs() < (1.0 - GRID_DEPARTURE_MAX) * period;
         let uneven = |w: &&[f64]| near(w) && (w[1] - w[0] - period).abs() > UNEVEN * period;
         let even = times.windows(2).filter(uneven).count() * 20 <= times.len();
         let window = (0..=TABULATED)
             .map(|k| {
                 let u = k as f64 / TABULATED as f64;
-                bessel(BETA * (1.0 - u * u).max(0.0).sqrt()) / bessel(BETA)
+                bessel(SINC_KAISER_BETA * (1.0 - u * u).max(0.0).sqrt()) / bessel(SINC_KAISER_BETA)
             })
             .collect();
         Self { times, period, grid_period, even, window }
@@ -112,7 +112,7 @@ impl<'t> Resampler<'t> {
             _ => *from,
         };
         let apart = (times[nearest] - time).abs();
-        if apart <= SAME * self.period && self.period > 0.6 * self.grid_period {
+        if apart <= EQUAL_TIME_DIFFERENCE * self.period && self.period > 0.6 * self.grid_period {
             weights.first = nearest;
             weights.weights.push(1.0);
             return;
@@ -134,7 +134,7 @@ impl<'t> Resampler<'t> {
     /// Weights of a windowed sinc; false where too few samples are around.
     fn sinc(&self, time: f64, nearest: usize, weights: &mut Weights) -> bool {
         let spacing = self.period.max(self.grid_period);
-        let reach = HALF * spacing;
+        let reach = SINC_HALF_WIDTH * spacing;
         let times = self.times;
         let (mut first, mut end) = (nearest, nearest + 1);
         while first > 0 && times[first - 1] > time - reach {
@@ -144,14 +144,14 @@ impl<'t> Resampler<'t> {
             end += 1;
         }
         let expected = 2.0 * reach / self.period;
-        if ((end - first) as f64) < FULL * expected - 1.0 {
+        if ((end - first) as f64) < SINC_SAMPLES_MIN * expected - 1.0 {
             return false;
         }
         weights.first = first;
         let mut shape = Vec::with_capacity(end - first);
         for t in &times[first..end] {
             let u = (t - time) / spacing;
-            let place = (u.abs() / HALF).min(1.0) * TABULATED as f64;
+            let place = (u.abs() / SINC_HALF_WIDTH).min(1.0) * TABULATED as f64;
             let (k, share) = (place as usize, place.fract());
             let after = self.window[(k + 1).min(TABULATED)];
             let window = self.window[k] * (1.0 - share) + after * share;
@@ -184,7 +184,7 @@ impl<'t> Resampler<'t> {
         loop {
             let before = first > 0 && times[first] - times[first - 1] <= far;
             let after = end < times.len() && times[end] - times[end - 1] <= far;
-            if end - first >= NEAR || !(before || after) {
+            if end - first >= PARABOLA_SAMPLES_MIN || !(before || after) {
                 break;
             }
             let earlier = before && (!after || time - times[first - 1] <= times[end] - time);

@@ -1,7 +1,7 @@
 //! Which hypotheses these data cannot tell apart, whatever they say: what two effects do to the
 //! residuals, beyond what calibrations mend, compared.
 
-use super::screen::{Context, Screened};
+use super::screen::{ScreenedEffect, SearchContext};
 use crate::fit::Slopes;
 use trueweld_plant::effects::{EffectKind, Location};
 
@@ -26,17 +26,18 @@ impl Confusable {
 
 /// Cosine from which on two hypotheses are reported: told apart from ten times the detection limit
 /// on.
-const ALIKE: f64 = 0.995;
+const CONFUSABLE_COSINE: f64 = 0.995;
 
 /// Pairs of hypotheses at their best shapes that do nearly the same, most alike first.
-pub(super) fn confusable(ground: &Context<'_>, screened: &[Screened]) -> Vec<Confusable> {
+pub(super) fn confusable(ctx: &SearchContext<'_>, screened: &[ScreenedEffect]) -> Vec<Confusable> {
     let (columns, more): (Vec<usize>, Vec<&Slopes>) = screened
         .iter()
         .enumerate()
         .flat_map(|(h, s)| s.slopes.iter().map(move |slope| (h, slope)))
         .unzip();
-    let Context { null, blocks, .. } = ground;
-    let all = null.linear.extended(blocks, &null.at, &null.slopes, &more).information(None, 1.0);
+    let SearchContext { null, blocks, .. } = ctx;
+    let all =
+        null.linear.extended(blocks, &null.residuals, &null.slopes, &more).information(None, 1.0);
     // Without the shadow that each slope has on the calibrations.
     let (n, m) = (null.slopes.len(), columns.len());
     let cross = all.view((0, n), (n, m)).into_owned();
@@ -64,7 +65,7 @@ pub(super) fn confusable(ground: &Context<'_>, screened: &[Screened]) -> Vec<Con
                 continue;
             };
             let alike = whitened.singular_values().max().min(1.0);
-            if alike > ALIKE {
+            if alike > CONFUSABLE_COSINE {
                 let place = |h: usize| (screened[h].limit.kind, screened[h].limit.at);
                 pairs.push(Confusable { first: place(b), second: place(a), alike });
             }

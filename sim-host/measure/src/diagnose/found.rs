@@ -5,8 +5,10 @@ use super::rules;
 use crate::HALF_95;
 use crate::data::log::LogKind;
 use crate::fit::calibration::is_calibration;
-use crate::fit::{self, EffectScope, Effort, FitProblem, Fitted, Residuals, Step};
-use crate::predict::{Experiment, Motion};
+use crate::fit::{
+    self, EffectScope, FitProblem, Fitted, LeastSquaresStep, Residuals, SolverOptions,
+};
+use crate::predict::{LinkMotion, PreparedLog};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -79,7 +81,7 @@ impl FittedEffect {
         parameters.filter(|(k, _)| self.is_fitted(*k)).any(|(k, parameter)| {
             let value = self.effect.values[k];
             let away = (value - parameter.without_effect(value)).abs();
-            away > rules::BEYOND * calibration.expected[k]
+            away > rules::GROSS_CALIBRATION_DEVIATIONS * calibration.expected[k]
                 || value == parameter.low
                 || value == parameter.high
         })
@@ -88,7 +90,9 @@ impl FittedEffect {
 
 /// The effects of a fit that are no calibrations.
 pub(super) fn effects_of(fitted: &Fitted) -> Vec<usize> {
-    (0..fitted.point.all.len()).filter(|i| !is_calibration(fitted.point.all[*i].kind)).collect()
+    (0..fitted.point.shared.len())
+        .filter(|i| !is_calibration(fitted.point.shared[*i].kind))
+        .collect()
 }
 
 /// Standard deviations of half a 95 % interval of Student's distribution with the nine degrees of
@@ -98,60 +102,61 @@ pub(super) const OF_BLOCKS: f64 = 2.262;
 /// Fitted effects with their intervals: of what noise makes of the values, or of what the blocks in
 /// time disagree by, whichever is wider.
 pub(crate) fn found(
-    bench: &FitProblem,
+    problem: &FitProblem,
     fitted: &Fitted,
     wanted: impl Fn(EffectScope) -> bool,
 ) -> Vec<FittedEffect> {
-    found_off(bench, fitted, wanted, |_, _| 0.0)
+    found_off(problem, fitted, wanted, |_, _| 0.0)
 }
 
 /// The same of all values of a point at which the sum of squares is not least: the intervals go by how
 /// far each is from where it would be as well, √(σ² + δ²).
-fn found_on_the_way(bench: &FitProblem, fitted: &Fitted) -> Vec<FittedEffect> {
-    found_off(bench, fitted, |_| true, |step, k| step.step[k])
+fn found_on_the_way(problem: &FitProblem, fitted: &Fitted) -> Vec<FittedEffect> {
+    found_off(problem, fitted, |_| true, |step, k| step.step[k])
 }
 
 /// All fitted effects with their intervals. Where something is left that stands out, each channel
 /// is weighed by what is left in it: one that no model explains says little of the values that
 /// others tell.
 pub(crate) fn found_by_what_is_left(
-    bench: &FitProblem,
+    problem: &FitProblem,
     blocks: &[Vec<u8>],
     fitted: &Fitted,
 ) -> Vec<FittedEffect> {
-    let plain = || found(bench, fitted, |_| true);
-    if rules::at_floor(bench, &fitted.at) {
+    let plain = || found(problem, fitted, |_| true);
+    if rules::within_noise(problem, &fitted.residuals) {
         return plain();
     }
-    let bench = inflate_noise(bench, &fitted.at);
-    match fit::fit(&bench, &fitted.point, blocks, &[], Effort::steps(0, 0)) {
-        Ok(weighed) => found_on_the_way(&bench, &weighed),
+    let problem = inflate_noise(problem, &fitted.residuals);
+    match fit::fit(&problem, &fitted.point, blocks, &[], SolverOptions::steps(0, 0)) {
+        Ok(weighed) => found_on_the_way(&problem, &weighed),
         Err(_) => plain(),
     }
 }
 
 /// The same logs, with each channel's noise as large as what these residuals leave of it.
-pub(crate) fn inflate_noise(bench: &FitProblem, at: &Residuals) -> FitProblem {
-    let parts = rules::parts(bench, at);
+pub(crate) fn inflate_noise(problem: &FitProblem, at: &Residuals) -> FitProblem {
+    let parts = rules::parts(problem, at);
     let factor = |log: usize, channel: &'static str| {
         parts
             .get(&(log, channel))
             .map_or(1.0, |p| (p.square / p.count.max(1) as f64).sqrt().max(1.0))
     };
-    let inflated = |(log, e): (usize, &Experiment)| e.inflate_noise(|channel| factor(log, channel));
-    let experiments = bench.experiments.iter().enumerate().map(inflated).collect();
-    FitProblem { deadline: bench.deadline, ..bench.on(experiments) }
+    let inflated =
+        |(log, e): (usize, &PreparedLog)| e.inflate_noise(|channel| factor(log, channel));
+    let experiments = problem.logs.iter().enumerate().map(inflated).collect();
+    FitProblem { deadline: problem.deadline, ..problem.on(experiments) }
 }
 
 /// The same, by how far each value is off, in the fit's units, as the step to the least sum of squares
 /// tells.
 fn found_off(
-    bench: &FitProblem,
+    problem: &FitProblem,
     fitted: &Fitted,
     wanted: impl Fn(EffectScope) -> bool,
-    off: impl Fn(&Step, usize) -> f64,
+    off: impl Fn(&LeastSquaresStep, usize) -> f64,
 ) -> Vec<FittedEffect> {
-    let inflation = rules::trust(fitted);
+    let inflation = rules::variance_inflation(fitted);
     let step = fitted.linear.solve(None, 0.0, None).map(|step| (step.deviations(), step));
     let scatter = fitted.linear.scatter();
     let mut all: Vec<FittedEffect> = Vec::new();
@@ -164,7 +169,7 @@ fn found_off(
             let effect = fitted.point.effect(free.of).clone();
             let interval = effect.values.iter().map(|v| [*v, *v]).collect();
             all.push(FittedEffect {
-                turns: turns(bench, fitted, &effect),
+                turns: turns(problem, fitted, &effect),
                 effect,
                 log: if let EffectScope::Log(log, _) = free.of { Some(log) } else { None },
                 interval,
@@ -189,15 +194,15 @@ fn found_off(
 /// of them free. An interval is twice the root mean square of what that fit leaves between the value
 /// and the truth, √(σ² + (v − v̂)²), where this is wider.
 pub(crate) fn found_beside(
-    bench: &FitProblem,
+    problem: &FitProblem,
     fitted: &Fitted,
     full: &Fitted,
     wanted: impl Fn(EffectScope) -> bool,
 ) -> Vec<FittedEffect> {
-    let mut all = found(bench, fitted, wanted);
+    let mut all = found(problem, fitted, wanted);
     let Some(step) = full.linear.solve(None, 0.0, None) else { return all };
     let deviations = step.deviations();
-    let trust = rules::trust(full);
+    let inflation = rules::variance_inflation(full);
     let point = &full.point;
     for of in &mut all {
         let own = (of.effect.kind.id, of.effect.at);
@@ -215,7 +220,7 @@ pub(crate) fn found_beside(
             };
             let alike: Vec<usize> = (0..point.free.len()).filter(same).collect();
             // A joint may have several waves, of which none can be told to be the same in both fits.
-            let for_all = |k: &&usize| matches!(point.free[**k].of, EffectScope::All(_));
+            let for_all = |k: &&usize| matches!(point.free[**k].of, EffectScope::Shared(_));
             if low == high || alike.is_empty() || alike.iter().filter(for_all).count() > 1 {
                 continue;
             }
@@ -228,7 +233,7 @@ pub(crate) fn found_beside(
             let square = mean(&|k| {
                 let free = &point.free[k];
                 let unit = fit::unit(point.parameter(free), point.value(free));
-                trust * (deviations[k] * unit).powi(2)
+                inflation * (deviations[k] * unit).powi(2)
             });
             let reach = HALF_95 * (square + off * off).sqrt();
             (*low, *high) = (low.min(value - reach), high.max(value + reach));
@@ -238,36 +243,36 @@ pub(crate) fn found_beside(
 }
 
 /// Those that hold for all logs and are no calibrations.
-pub(super) fn found_effects(bench: &FitProblem, fitted: &Fitted) -> Vec<FittedEffect> {
+pub(super) fn found_effects(problem: &FitProblem, fitted: &Fitted) -> Vec<FittedEffect> {
     let own = effects_of(fitted);
-    found(bench, fitted, |of| matches!(of, EffectScope::All(i) if own.contains(&i)))
+    found(problem, fitted, |of| matches!(of, EffectScope::Shared(i) if own.contains(&i)))
 }
 
 /// True where one of these is a wave that the logs do not tell to be one.
-pub(super) fn has_unseen_wave(bench: &FitProblem, fitted: &Fitted) -> bool {
-    found_effects(bench, fitted).iter().any(FittedEffect::is_unseen_wave)
+pub(super) fn has_unseen_wave(problem: &FitProblem, fitted: &Fitted) -> bool {
+    found_effects(problem, fitted).iter().any(FittedEffect::is_unseen_wave)
 }
 
 /// Parts of a turn that are told apart where the logs are seen to go through them.
-const PARTS: f64 = 8.0;
+const TURN_PARTS: f64 = 8.0;
 
 /// Turns of a wave over a joint's angle, or along a weld, that the logs hold: as many parts of a turn as
 /// the links were in, wherever these lie, or the longest weld. `None` for another effect, or where no
 /// motion is known.
-fn turns(bench: &FitProblem, fitted: &Fitted, effect: &Effect) -> Option<f64> {
+fn turns(problem: &FitProblem, fitted: &Fitted, effect: &Effect) -> Option<f64> {
     let mut waves = effect.kind.parameters.iter().zip(&effect.values);
     let (role, value) = waves.find_map(|(parameter, value)| match parameter.role {
         Role::Order | Role::Wavelength => Some((parameter.role, value)),
         _ => None,
     })?;
-    let motions = bench.experiments.iter().zip(&fitted.at);
+    let motions = problem.logs.iter().zip(&fitted.residuals);
     let motions = motions.filter_map(|(e, at)| Some((e.kind, at.motion.as_deref()?)));
     match (role, effect.at) {
         (Role::Order, Location::Joint(joint)) => {
             let angles = motions.flat_map(|(_, motion)| motion.link.iter().map(|link| link[joint]));
-            let part = |angle: f64| (PARTS * value * angle / TAU).floor() as i64;
+            let part = |angle: f64| (TURN_PARTS * value * angle / TAU).floor() as i64;
             let parts: BTreeSet<i64> = angles.map(part).collect();
-            (!parts.is_empty()).then_some(parts.len() as f64 / PARTS)
+            (!parts.is_empty()).then_some(parts.len() as f64 / TURN_PARTS)
         }
         (Role::Wavelength, _) => {
             let welds = motions.filter(|(kind, _)| *kind == LogKind::Weld);
@@ -279,7 +284,7 @@ fn turns(bench: &FitProblem, fitted: &Fitted, effect: &Effect) -> Option<f64> {
 }
 
 /// Distance from where a tool begins to where it ends, m.
-fn length(motion: &Motion) -> Option<f64> {
+fn length(motion: &LinkMotion) -> Option<f64> {
     let [first, last] = [motion.tool.first()?, motion.tool.last()?];
     let way: Vector3<f64> = last.position - first.position;
     Some(way.norm())

@@ -3,7 +3,7 @@
 //! and a channel that changes with it.
 
 use super::found::{FittedEffect, OF_BLOCKS};
-use super::rules::{evidence_weights, owed, stands_out};
+use super::rules::{evidence_weights, exceeds_noise, prior_penalty};
 use crate::fit::{BLOCKS, FitProblem, Fitted};
 
 /// True where `effects`, which `after` has and `before` has not, may be named. `before`: the
@@ -17,9 +17,14 @@ pub(crate) fn may_be_named(
     let left = [before, after].map(|fitted| fitted.residuals_from_others(blocks));
     !effects.is_empty()
         && effects.iter().all(FittedEffect::is_told_from_nothing)
-        && stands_out(problem, &before.at, &after.at)
-        && HeldOutGain::of(problem, blocks, &left, owed(&before.at, &after.at))
-            .is_more_than_chance()
+        && exceeds_noise(problem, &before.residuals, &after.residuals)
+        && HeldOutGain::of(
+            problem,
+            blocks,
+            &left,
+            prior_penalty(&before.residuals, &after.residuals),
+        )
+        .is_more_than_chance()
 }
 
 /// By how much rows that were left out are predicted better by one model than by another.
@@ -32,8 +37,8 @@ pub(crate) struct HeldOutGain {
 }
 
 impl HeldOutGain {
-    /// Of residuals `after` over those `before`, log by log; `owed`: the part of the fall that is
-    /// no evidence.
+    /// Of residuals `after` over those `before`, log by log; `prior_penalty`: the part of the fall
+    /// that is no evidence.
     ///
     /// Where the two predictions differ by δ and the second leaves e, the sum of squares falls by
     /// Σδ² + 2Σδe. If what the second has more is there, e is noise, and the second sum is all that
@@ -48,7 +53,7 @@ impl HeldOutGain {
         owed: f64,
     ) -> Self {
         let (mut fall, mut by_chance, mut alike) = (-owed, [0.0; BLOCKS], 0.0);
-        for (log, experiment) in problem.experiments.iter().enumerate() {
+        for (log, experiment) in problem.logs.iter().enumerate() {
             let weights = evidence_weights(&experiment.compared);
             let values = experiment.compared.iter().zip(weights).zip(&blocks[log]);
             let residuals = before[log].iter().zip(&after[log]);
@@ -74,7 +79,7 @@ mod tests {
     use crate::data::campaign::Campaign;
     use crate::data::log::Log;
     use crate::diagnose::found::found;
-    use crate::fit::{self, End, FitState, Linear, Residuals, Slopes};
+    use crate::fit::{self, FitState, Linear, Residuals, Slopes, Termination};
     use crate::predict::Prediction;
     use crate::residuals::compare::{baseline, experiments};
     use nalgebra::{DMatrix, DVector};
@@ -96,11 +101,11 @@ mod tests {
 
     fn random_values(seed: u64, stream: u64) -> Vec<f64> {
         let mut random = Random::new(seed, stream);
-        LOADS.experiments[0].compared.iter().map(|_| random.normal()).collect()
+        LOADS.logs[0].compared.iter().map(|_| random.normal()).collect()
     }
 
     fn residuals(residual: Vec<f64>) -> Residuals {
-        vec![Prediction { residual, motion: None, late: None, anywhere: 0.0 }]
+        vec![Prediction { residual, motion: None, late: None, free_play_term: 0.0 }]
     }
 
     fn fitted(point: FitState, residual: Vec<f64>, slopes: Vec<Slopes>) -> Fitted {
@@ -108,7 +113,14 @@ mod tests {
         let columns: Vec<&Slopes> = slopes.iter().collect();
         let (prior, away) = (DMatrix::zeros(n, n), DVector::zeros(n));
         let linear = Linear::new(&fit::blocks_of(&LOADS), &at, &columns, prior, away);
-        Fitted { cost: fit::chi_square(&at), point, at, slopes, linear, end: End::Arrived }
+        Fitted {
+            cost: fit::chi_square(&at),
+            point,
+            residuals: at,
+            slopes,
+            linear,
+            termination: Termination::Converged,
+        }
     }
 
     /// The model without an effect and with it, where its values do to residuals what chance drew.
@@ -171,7 +183,7 @@ mod tests {
                 };
                 prop_assert!((0..kind.parameters.len()).any(has_size), "{found:?}");
                 prop_assert!(after.held_out() < before.held_out(), "{found:?}");
-                prop_assert!(fit::chi_square(&after.at) < fit::chi_square(&before.at));
+                prop_assert!(fit::chi_square(&after.residuals) < fit::chi_square(&before.residuals));
             }
         }
 
@@ -184,7 +196,7 @@ mod tests {
 
     #[test]
     fn values_that_are_off_alike_count_as_few_as_they_are() {
-        let mut compared = LOADS.experiments[0].compared.clone();
+        let mut compared = LOADS.logs[0].compared.clone();
         assert!(evidence_weights(&compared).iter().all(|weight| *weight == 1.0));
         let first = (compared[0].quantity, compared[0].component);
         let own = |c: &&mut crate::predict::Compared| (c.quantity, c.component) == first;

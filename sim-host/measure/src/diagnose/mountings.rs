@@ -43,8 +43,8 @@ pub(super) fn mountings(fitted: &Fitted) -> Option<Mountings> {
     if own.is_empty() {
         return None;
     }
-    let trust = rules::trust(fitted);
-    let covariance = fitted.linear.information(None, trust).cholesky()?.inverse();
+    let inflation = rules::variance_inflation(fitted);
+    let covariance = fitted.linear.information(None, inflation).cholesky()?.inverse();
     let share = |k: usize| {
         let free = &point.free[k];
         fit::unit(point.parameter(free), point.value(free)) / free.expected

@@ -1,17 +1,19 @@
-//! Rules of decision. Their numbers come from the corpus in `tests/`, but for `PLENTY`,
-//! `VISIBLE_IN_COLUMN`, `TOO_FAR` and `HELD`: those were set with recorded campaigns in view, and
-//! then held against the corpus.
+//! Rules of decision. Their numbers come from the corpus in `tests/`, but for `PLENTIFUL_GAIN`,
+//! `VISIBLE_IN_COLUMN`, `TOO_FAR` and `COMMAND_HOLD_SHARE`: those were set with recorded campaigns
+//! in view, and then held against the corpus.
 
+use crate::AUTOCORRELATION_INFLATION;
 use crate::fit::{self, FitProblem, Fitted, Residuals};
-use crate::predict::{Compared, Quantity};
+use crate::predict::{Compared, ComparedQuantity};
+use crate::residuals::finding::NOISE_FLOOR_SCORE;
 use std::collections::BTreeMap;
 
 /// Fall of the held-out sum of squares that chance does not reach among some hundred hypotheses.
 pub const GAIN: f64 = 30.0;
 /// Share of what the blocks that get better win that the others may lose.
-pub const LOST: f64 = 0.3;
+pub const HELD_OUT_LOSS_SHARE_MAX: f64 = 0.3;
 /// Fall of the held-out sum of squares from which on losses elsewhere are no sign of chance.
-pub const PLENTY: f64 = 1000.0;
+pub const PLENTIFUL_GAIN: f64 = 1000.0;
 /// Fall of one channel's sum of squares below which its noise is not known well enough, as a share.
 pub const VISIBLE: f64 = 0.08;
 /// The same where noise was stated and all channels together fall by [`AMPLE`].
@@ -19,21 +21,19 @@ pub const VISIBLE_STATED: f64 = 0.03;
 /// The same of one column, whose own noise is known less well.
 pub const VISIBLE_IN_COLUMN: f64 = 0.25;
 /// Least share of what is above the floor that an effect must explain.
-pub const EXPLAINED: f64 = 0.1;
+pub const EXPLAINED_SHARE_MIN: f64 = 0.1;
 /// Share of what was above the floor that an explanation may leave.
-pub const LEFT: f64 = 0.04;
+pub const REMAINING_SHARE_MAX: f64 = 0.04;
 /// The same, where all together is as near to the floor as this score.
-pub const LEFT_NEAR: f64 = 0.5;
+pub const REMAINING_SHARE_MAX_NEAR_FLOOR: f64 = 0.5;
 /// Share of what one effect leaves standing out of the floor that a second one may leave.
 pub const HALVED: f64 = 0.5;
 /// Fall of the sum of squares that a second effect must bring, and one that hardly lowers any channel.
 pub const AMPLE: f64 = 100.0;
-/// Score at which noise may be that was not stated but estimated.
-pub const ESTIMATED: f64 = 1.1;
 /// Score from which on an explanation leaves too much, whatever it explains.
 pub const TOO_FAR: f64 = 2.0;
 /// Score that is near the floor.
-pub const NEAR: f64 = 1.05;
+pub const NEAR_FLOOR_SCORE: f64 = 1.05;
 /// Score of any channel from which on something is above the floor.
 pub const SURELY_ABOVE: f64 = 1.3;
 /// Fall of the sum of squares that a calibration must bring to be kept, and so much more for each
@@ -41,15 +41,13 @@ pub const SURELY_ABOVE: f64 = 1.3;
 pub const KEEP: f64 = 25.0;
 /// The same for each value.
 pub const KEEP_EACH: f64 = 6.0;
-/// Residuals of one channel that follow each other are not as many as they are.
-pub const CORRELATED: f64 = 4.0;
 /// Difference of the cost up to which two explanations are tied, in what chance makes of a residual.
 pub const TIED: f64 = 9.0;
 /// Standard deviations of what was expected of a calibration beyond which it is none.
-pub const BEYOND: f64 = 5.0;
+pub const GROSS_CALIBRATION_DEVIATIONS: f64 = 5.0;
 /// Delay of motor torque that is no more than how a controller holds its commands, as a share of
 /// the sampling period.
-pub const HELD: f64 = 0.25;
+pub const COMMAND_HOLD_SHARE: f64 = 0.25;
 /// How often what is named at three times the limit of detection is something outside the library
 /// that looks alike; less often the more it shows.
 pub const LOOKS_ALIKE: f64 = 0.2;
@@ -61,18 +59,18 @@ pub const LEAST_LIKELY: f64 = 0.125;
 /// Turns of a wave that logs must hold for it to be one.
 pub const WHOLE_TURN: f64 = 1.0;
 /// The gain at three times the limit.
-pub const FAINT: f64 = 9.0 * GAIN;
+pub const GAIN_AT_THREE_LIMITS: f64 = 9.0 * GAIN;
 /// Share of what the best hypothesis gains from which on another one is fitted in full.
-pub const NEARLY: f64 = 0.3;
+pub const NEAR_BEST_GAIN: f64 = 0.3;
 /// Share of what the best fit wins that another one's slopes must promise for it to go on.
-pub const PROMISED: f64 = 0.5;
+pub const PROMISED_WIN_SHARE: f64 = 0.5;
 /// Hypotheses fitted, first alone and then beside the best.
-pub const FITTED: usize = 8;
+pub const FITTED_HYPOTHESES: usize = 8;
 /// Of these, how many beside the best.
 pub const FITTED_BESIDE: usize = 5;
 
 /// Single effects at most that an explanation of several is looked for from.
-pub const STARTS: usize = 3;
+pub const STARTING_EFFECTS: usize = 3;
 
 /// Score of residuals: root mean square.
 pub fn score(residuals: &Residuals) -> f64 {
@@ -82,18 +80,19 @@ pub fn score(residuals: &Residuals) -> f64 {
 /// Score on blocks in time, each predicted from all the others.
 pub fn held_out_score(fitted: &Fitted) -> f64 {
     let squares = fitted.held_out();
-    (squares / fit::count(&fitted.at).max(1) as f64).sqrt()
+    (squares / fit::count(&fitted.residuals).max(1) as f64).sqrt()
 }
 
 /// What differences of a fit's sum of squares are to be trusted by: what chance makes of them, where
 /// residuals follow each other and are what the fit leaves.
-pub(crate) fn trust(fitted: &Fitted) -> f64 {
-    (fit::chi_square(&fitted.at) / fit::count(&fitted.at).max(1) as f64).max(1.0) * CORRELATED
+pub(crate) fn variance_inflation(fitted: &Fitted) -> f64 {
+    (fit::chi_square(&fitted.residuals) / fit::count(&fitted.residuals).max(1) as f64).max(1.0)
+        * AUTOCORRELATION_INFLATION
 }
 
 /// Sum of squares and number of the residuals of one channel in one log.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Part {
+pub struct SquareSum {
     /// Sum of squares.
     pub square: f64,
     /// Number.
@@ -102,7 +101,7 @@ pub struct Part {
     pub stated: usize,
 }
 
-impl Part {
+impl SquareSum {
     fn add(&mut self, other: &Self) {
         self.square += other.square;
         self.count += other.count;
@@ -112,18 +111,22 @@ impl Part {
 
 /// Sums of squares by log and whatever else `key` tells values apart by.
 fn sums<K: Ord>(
-    bench: &FitProblem,
+    problem: &FitProblem,
     residuals: &Residuals,
     weights: impl Fn(&[Compared]) -> Vec<f64>,
     key: impl Fn(usize, &Compared) -> K,
-) -> BTreeMap<K, Part> {
-    let mut sums: BTreeMap<K, Part> = BTreeMap::new();
-    for (log, (experiment, prediction)) in bench.experiments.iter().zip(residuals).enumerate() {
+) -> BTreeMap<K, SquareSum> {
+    let mut sums: BTreeMap<K, SquareSum> = BTreeMap::new();
+    for (log, (experiment, prediction)) in problem.logs.iter().zip(residuals).enumerate() {
         let weights = weights(&experiment.compared);
         let values = experiment.compared.iter().zip(weights).zip(&prediction.residual);
         for ((c, weight), r) in values {
             let part = sums.entry(key(log, c)).or_default();
-            part.add(&Part { square: weight * r * r, count: 1, stated: usize::from(c.stated) });
+            part.add(&SquareSum {
+                square: weight * r * r,
+                count: 1,
+                stated: usize::from(c.stated),
+            });
         }
     }
     sums
@@ -137,7 +140,7 @@ fn all(compared: &[Compared]) -> Vec<f64> {
 /// What each value of a log counts for as evidence: of n values that are off alike by a share ρ of
 /// their variance, each counts for 1/(1 + (n − 1) ρ) (Kish's design effect).
 pub(super) fn evidence_weights(compared: &[Compared]) -> Vec<f64> {
-    let mut columns: BTreeMap<(Quantity, u8), (usize, f64)> = BTreeMap::new();
+    let mut columns: BTreeMap<(ComparedQuantity, u8), (usize, f64)> = BTreeMap::new();
     for c in compared {
         let (count, alike) = columns.entry((c.quantity, c.component)).or_default();
         (*count, *alike) = (*count + 1, *alike + c.alike);
@@ -150,49 +153,61 @@ pub(super) fn evidence_weights(compared: &[Compared]) -> Vec<f64> {
 }
 
 /// Sums of squares by log and channel.
-pub fn parts(bench: &FitProblem, residuals: &Residuals) -> BTreeMap<(usize, &'static str), Part> {
-    sums(bench, residuals, all, |log, c| (log, c.quantity.channel()))
+pub fn parts(
+    problem: &FitProblem,
+    residuals: &Residuals,
+) -> BTreeMap<(usize, &'static str), SquareSum> {
+    sums(problem, residuals, all, |log, c| (log, c.quantity.channel()))
 }
 
 /// Sums of squares by log and column; the spindle's orders apart from what is slow.
 fn columns(
-    bench: &FitProblem,
+    problem: &FitProblem,
     residuals: &Residuals,
     weights: impl Fn(&[Compared]) -> Vec<f64>,
-) -> BTreeMap<(usize, &'static str, u8, bool), Part> {
-    sums(bench, residuals, weights, |log, c| {
-        (log, c.quantity.channel(), c.component, matches!(c.quantity, Quantity::Ripple { .. }))
+) -> BTreeMap<(usize, &'static str, u8, bool), SquareSum> {
+    sums(problem, residuals, weights, |log, c| {
+        (
+            log,
+            c.quantity.channel(),
+            c.component,
+            matches!(c.quantity, ComparedQuantity::Ripple { .. }),
+        )
     })
 }
 
 /// True where a fit explains more than chance does and than the noise is known to.
-pub(crate) fn counts(bench: &FitProblem, before: &Fitted, after: &Fitted) -> bool {
+pub(crate) fn is_significant(problem: &FitProblem, before: &Fitted, after: &Fitted) -> bool {
     let (before_out, after_out) = (before.linear.held_out(None), after.linear.held_out(None));
     let differences = || before_out.iter().zip(&after_out).map(|(b, a)| b - a);
     // A block that is left out tells where links lie in their gaps all the same, noise with it.
-    let gained = differences().filter(|d| *d > 0.0).sum::<f64>() - owed(&before.at, &after.at);
+    let gained = differences().filter(|d| *d > 0.0).sum::<f64>()
+        - prior_penalty(&before.residuals, &after.residuals);
     let lost: f64 = -differences().filter(|d| *d < 0.0).sum::<f64>();
-    if gained - lost < GAIN || (lost > LOST * gained && gained - lost < PLENTY) {
+    if gained - lost < GAIN
+        || (lost > HELD_OUT_LOSS_SHARE_MAX * gained && gained - lost < PLENTIFUL_GAIN)
+    {
         return false;
     }
-    let falls = fit::chi_square(&before.at) - fit::chi_square(&after.at);
-    falls >= EXPLAINED * above(bench, &before.at) && stands_out(bench, &before.at, &after.at)
+    let falls = fit::chi_square(&before.residuals) - fit::chi_square(&after.residuals);
+    falls >= EXPLAINED_SHARE_MIN * excess_chi_square(problem, &before.residuals)
+        && exceeds_noise(problem, &before.residuals, &after.residuals)
 }
 
 /// Fall of the sum of squares from one model to another that is no evidence: links that are put where
 /// they were seen are put there noise and all.
-pub(crate) fn owed(before: &Residuals, after: &Residuals) -> f64 {
-    let anywhere = |at: &Residuals| at.iter().map(|p| p.anywhere).sum::<f64>();
-    anywhere(after) - anywhere(before)
+pub(crate) fn prior_penalty(before: &Residuals, after: &Residuals) -> f64 {
+    let free_play_term = |at: &Residuals| at.iter().map(|p| p.free_play_term).sum::<f64>();
+    free_play_term(after) - free_play_term(before)
 }
 
 /// True where the sum of squares of some channel, or of one of its columns, falls by more than its
 /// noise is known to.
-pub(crate) fn stands_out(bench: &FitProblem, before: &Residuals, after: &Residuals) -> bool {
-    let [before, after] = [before, after].map(|at| columns(bench, at, evidence_weights));
-    let sum = |all: &BTreeMap<_, Part>| all.values().map(|part| part.square).sum::<f64>();
+pub(crate) fn exceeds_noise(problem: &FitProblem, before: &Residuals, after: &Residuals) -> bool {
+    let [before, after] = [before, after].map(|at| columns(problem, at, evidence_weights));
+    let sum = |all: &BTreeMap<_, SquareSum>| all.values().map(|part| part.square).sum::<f64>();
     let ample = sum(&before) - sum(&after) > AMPLE;
-    let mut channels: BTreeMap<(usize, &'static str, bool), (Part, f64)> = BTreeMap::new();
+    let mut channels: BTreeMap<(usize, &'static str, bool), (SquareSum, f64)> = BTreeMap::new();
     let mut seen = false;
     for (key @ (log, channel, _, ripple), column) in &before {
         let fall = column.square - after.get(key).map_or(column.square, |p| p.square);
@@ -201,7 +216,7 @@ pub(crate) fn stands_out(bench: &FitProblem, before: &Residuals, after: &Residua
         of_channel.1 += fall;
         seen |= fall > VISIBLE_IN_COLUMN * column.square && fall > 0.5 * GAIN;
     }
-    let is_seen = |(part, fall): &(Part, f64)| {
+    let is_seen = |(part, fall): &(SquareSum, f64)| {
         let visible = if ample && part.stated == part.count { VISIBLE_STATED } else { VISIBLE };
         *fall > visible * part.square && *fall > 0.5 * GAIN
     };
@@ -209,26 +224,26 @@ pub(crate) fn stands_out(bench: &FitProblem, before: &Residuals, after: &Residua
 }
 
 /// Sum of squares that noise may make, as far as it is known.
-pub(crate) fn floor(bench: &FitProblem) -> f64 {
-    let all = bench.experiments.iter().flat_map(|e| &e.compared);
-    all.map(|c| if c.stated { 1.0 } else { ESTIMATED.powi(2) }).sum()
+pub(crate) fn noise_chi_square(problem: &FitProblem) -> f64 {
+    let all = problem.logs.iter().flat_map(|e| &e.compared);
+    all.map(|c| if c.stated { 1.0 } else { NOISE_FLOOR_SCORE.powi(2) }).sum()
 }
 
 /// Sum of squares above the floor.
-pub(crate) fn above(bench: &FitProblem, residuals: &Residuals) -> f64 {
-    (fit::chi_square(residuals) - floor(bench)).max(0.0)
+pub(crate) fn excess_chi_square(problem: &FitProblem, residuals: &Residuals) -> f64 {
+    (fit::chi_square(residuals) - noise_chi_square(problem)).max(0.0)
 }
 
 /// True where no column of any log stands out of the floor.
-pub(crate) fn at_floor(bench: &FitProblem, residuals: &Residuals) -> bool {
-    standing_out(bench, residuals) == 0.0
+pub(crate) fn within_noise(problem: &FitProblem, residuals: &Residuals) -> bool {
+    noise_excess(problem, residuals) == 0.0
 }
 
 /// Sum of squares of the columns that stand out of the floor, above it.
-pub(crate) fn standing_out(bench: &FitProblem, residuals: &Residuals) -> f64 {
-    let above = |p: &Part| {
+pub(crate) fn noise_excess(problem: &FitProblem, residuals: &Residuals) -> f64 {
+    let above = |p: &SquareSum| {
         let count = p.count as f64;
         (p.square - count * (SURELY_ABOVE.powi(2) + 6.0 * (2.0 / count).sqrt())).max(0.0)
     };
-    columns(bench, residuals, all).values().map(above).sum()
+    columns(problem, residuals, all).values().map(above).sum()
 }

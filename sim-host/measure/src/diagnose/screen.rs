@@ -3,7 +3,7 @@
 
 use super::rules;
 use crate::fit::calibration::is_calibration;
-use crate::fit::{self, EffectScope, FitProblem, Fitted, FreeParameter, Slopes, Step};
+use crate::fit::{self, EffectScope, FitProblem, Fitted, FreeParameter, LeastSquaresStep, Slopes};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
@@ -12,7 +12,7 @@ use trueweld_plant::effects::{Effect, EffectKind, Location, Parameter, Role, lib
 /// Smallest size of one effect at one place that the data would have shown, beside all
 /// calibrations.
 #[derive(Debug, Clone)]
-pub struct Limit {
+pub struct EffectLimit {
     /// The effect.
     pub kind: &'static EffectKind,
     /// Where.
@@ -25,12 +25,12 @@ pub struct Limit {
 
 /// A hypothesis, and what screening says of it.
 #[derive(Debug, Clone)]
-pub(crate) struct Screened {
+pub(crate) struct ScreenedEffect {
     /// The effect with the values to start a fit from, and by how much the sum of squares would
     /// fall: beside the calibrations at their best, and beside none.
     pub starts: [(Effect, f64); 2],
     /// Smallest size that would have been seen.
-    pub limit: Limit,
+    pub limit: EffectLimit,
     /// Slopes of its sizes; of a sine those at both phases.
     pub slopes: Vec<Slopes>,
 }
@@ -70,9 +70,9 @@ fn shapes(kind: &'static EffectKind, length: f64) -> Vec<Vec<(usize, f64)>> {
 
 /// Everything that screening needs of the point it is done at.
 #[derive(Clone, Copy)]
-pub(crate) struct Context<'a> {
+pub(crate) struct SearchContext<'a> {
     /// The logs.
-    pub bench: &'a FitProblem,
+    pub problem: &'a FitProblem,
     /// Blocks of their values.
     pub blocks: &'a [Vec<u8>],
     /// Where all hypotheses start from: the calibrations at their best.
@@ -83,15 +83,15 @@ pub(crate) struct Context<'a> {
     pub length: f64,
 }
 
-impl Context<'_> {
+impl SearchContext<'_> {
     /// Cost of a fit without what is no evidence beside calibrations alone.
     pub(super) fn owed_cost(&self, fitted: &Fitted) -> f64 {
-        fitted.cost + rules::owed(&self.null.at, &fitted.at)
+        fitted.cost + rules::prior_penalty(&self.null.residuals, &fitted.residuals)
     }
 
     /// Screens one effect at one place with all its shapes; the best of them. `None` where the logs
     /// see nothing of it.
-    pub(super) fn screen(&self, kind: &'static EffectKind, at: Location) -> Option<Screened> {
+    pub(super) fn screen(&self, kind: &'static EffectKind, at: Location) -> Option<ScreenedEffect> {
         let scans = kind.parameters.iter().any(|p| p.role == Role::Order);
         let shapes = if scans { self.orders(kind, at) } else { shapes(kind, self.length) };
         let all = shapes.into_iter().filter_map(|shape| self.screen_shape(kind, at, &shape));
@@ -110,7 +110,7 @@ impl Context<'_> {
         kind: &'static EffectKind,
         at: Location,
         shape: &[(usize, f64)],
-    ) -> Option<Screened> {
+    ) -> Option<ScreenedEffect> {
         let mut effect = kind.neutral(at);
         for (k, v) in shape {
             effect.values[*k] = *v;
@@ -126,14 +126,14 @@ impl Context<'_> {
             if let Some(phase) = phase {
                 effect.values[phase] = *turn;
             }
-            let of = EffectScope::All(point.all.len());
-            point.all.push(effect);
+            let of = EffectScope::Shared(point.shared.len());
+            point.shared.push(effect);
             let frees: Vec<FreeParameter> = sizes
                 .iter()
                 .map(|k| FreeParameter { of, parameter: *k, expected: f64::INFINITY })
                 .collect();
             let share = if kind.parameters[sizes[0]].unit == "N·m" { OF_TORQUE } else { 1.0 };
-            more.extend(fit::slopes(self.bench, &point, &frees, &self.null.at, share));
+            more.extend(fit::slopes(self.problem, &point, &frees, &self.null.residuals, share));
         }
         let seen: f64 = more.iter().flatten().flatten().flatten().map(|v| v * v).sum();
         if !(seen.is_finite() && seen > 1e-6) {
@@ -164,8 +164,8 @@ impl Context<'_> {
             Role::Size { step, neutral } => neutral + step * far,
             _ => f64::NAN,
         };
-        let limit = Limit { kind, at, parameter, value };
-        Some(Screened { starts, limit, slopes: more })
+        let limit = EffectLimit { kind, at, parameter, value };
+        Some(ScreenedEffect { starts, limit, slopes: more })
     }
 
     /// Orders of a sine of the joint's angle worth a closer look: the highest lines of the residual
@@ -184,26 +184,27 @@ impl Context<'_> {
         let mut constant = kind.neutral(at);
         (constant.values[order], constant.values[phase]) = (0.0, FRAC_PI_2);
         let mut point = self.null.point.clone();
-        let of = EffectScope::All(point.all.len());
-        point.all.push(constant);
+        let of = EffectScope::Shared(point.shared.len());
+        point.shared.push(constant);
         let free = FreeParameter { of, parameter: size, expected: f64::INFINITY };
-        let slope = &fit::slopes(self.bench, &point, &[free], &self.null.at, 1.0)[0];
+        let slope = &fit::slopes(self.problem, &point, &[free], &self.null.residuals, 1.0)[0];
         // What is left of the residual with all calibrations at their best.
         let Some(step) = self.null.linear.solve(None, 0.0, None) else {
             return Vec::new();
         };
         let mut samples: Vec<(f64, f64, f64)> = Vec::new();
-        for (log, experiment) in self.bench.experiments.iter().enumerate() {
-            let (Some(slope), Some(motion)) = (&slope[log], &self.null.at[log].motion) else {
+        for (log, experiment) in self.problem.logs.iter().enumerate() {
+            let (Some(slope), Some(motion)) = (&slope[log], &self.null.residuals[log].motion)
+            else {
                 continue;
             };
-            let mut left = self.null.at[log].residual.clone();
+            let mut left = self.null.residuals[log].residual.clone();
             for (k, s) in self.null.slopes.iter().enumerate() {
                 if let Some(s) = &s[log] {
                     left.iter_mut().zip(s).for_each(|(l, s)| *l += s * step.step[k]);
                 }
             }
-            let every = (experiment.compared.len() / SCANNED).max(1);
+            let every = (experiment.compared.len() / SCANNED_VALUES).max(1);
             // A whole row at a time would keep to one component: an odd stride visits them all.
             let every = if every.is_multiple_of(2) { every + 1 } else { every };
             for i in (0..left.len()).step_by(every) {
@@ -262,9 +263,9 @@ impl Context<'_> {
 
 /// By how much the sum of squares falls with these slopes beside all that is free, and the step that
 /// does it.
-fn gain(blocks: &[Vec<u8>], base: &Fitted, more: &[Slopes]) -> Option<(f64, Step)> {
+fn gain(blocks: &[Vec<u8>], base: &Fitted, more: &[Slopes]) -> Option<(f64, LeastSquaresStep)> {
     let more: Vec<&Slopes> = more.iter().collect();
-    let linear = base.linear.extended(blocks, &base.at, &base.slopes, &more);
+    let linear = base.linear.extended(blocks, &base.residuals, &base.slopes, &more);
     let before = base.linear.solve(None, 0.0, None)?;
     let after = linear.solve(None, 0.0, None)?;
     let gain = base.linear.cost(&before.step) - linear.cost(&after.step);
@@ -302,15 +303,15 @@ fn sized((effect, phase): &(Effect, Option<usize>), step: &[f64]) -> Effect {
 }
 
 /// Values of a log that a scan over orders looks at, and the highest order it looks for.
-const SCANNED: usize = 3000;
+const SCANNED_VALUES: usize = 3000;
 const HIGHEST_ORDER: f64 = 300.0;
 
 /// The likeliest hypotheses: so many by each of their two starts.
 pub(crate) fn likeliest<'s>(
-    screened: impl Iterator<Item = &'s Screened>,
+    screened: impl Iterator<Item = &'s ScreenedEffect>,
     most: usize,
-) -> Vec<&'s Screened> {
-    let all: Vec<&Screened> = screened.collect();
+) -> Vec<&'s ScreenedEffect> {
+    let all: Vec<&ScreenedEffect> = screened.collect();
     let mut places: Vec<usize> = Vec::new();
     for start in 0..2 {
         let mut order: Vec<usize> =
@@ -324,16 +325,16 @@ pub(crate) fn likeliest<'s>(
 }
 
 /// Screens every effect that is no calibration, at every place, and the user's own. Best first.
-pub(crate) fn screen(ground: &Context<'_>) -> Vec<Screened> {
+pub(crate) fn screen(ctx: &SearchContext<'_>) -> Vec<ScreenedEffect> {
     let of_library = library()
         .filter(|k| !is_calibration(k))
         .flat_map(|k| k.places().into_iter().map(move |at| (k, at)));
-    let own = ground.bench.own.iter().map(|effect| (effect.kind, effect.at));
+    let own = ctx.problem.own.iter().map(|effect| (effect.kind, effect.at));
     let all: Vec<(&'static EffectKind, Location)> = of_library.chain(own).collect();
-    let mut screened: Vec<Screened> = all
+    let mut screened: Vec<ScreenedEffect> = all
         .par_iter()
-        .filter(|_| !ground.bench.is_late())
-        .filter_map(|(kind, at)| ground.screen(kind, *at))
+        .filter(|_| !ctx.problem.is_late())
+        .filter_map(|(kind, at)| ctx.screen(kind, *at))
         .collect();
     screened.sort_by(|a, b| b.starts[0].1.total_cmp(&a.starts[0].1));
     screened

@@ -1,14 +1,14 @@
 //! What a discovery is made at.
 
-use super::variables::Rows;
+use super::variables::LogRows;
 use crate::data::log::Log;
-use crate::fit::{Condensed, Eliminated, FitProblem, Fitted, Linear, Slopes};
+use crate::fit::{FitProblem, Fitted, Linear, ReducedNormal, SchurComplement, Slopes};
 
 /// The logs, and the calibrations beside which a law is looked for.
 #[derive(Clone, Copy)]
-pub(super) struct Context<'a> {
+pub(super) struct DiscoveryContext<'a> {
     /// The problem.
-    pub bench: &'a FitProblem,
+    pub problem: &'a FitProblem,
     /// The logs that it was made from.
     pub logs: &'a [Log],
     /// Blocks of their values.
@@ -16,25 +16,25 @@ pub(super) struct Context<'a> {
     /// The calibrations at their best.
     pub null: &'a Fitted,
     /// Their values, ready to be taken out.
-    pub eliminated: &'a Eliminated,
+    pub eliminated: &'a SchurComplement,
     /// Identifier of what is found.
     pub id: &'a str,
 }
 
-impl Context<'_> {
+impl DiscoveryContext<'_> {
     /// The linear model of the calibrations with more values beside them, of which nothing is known.
     pub fn beside(&self, more: &[Slopes]) -> Linear {
         let more: Vec<&Slopes> = more.iter().collect();
-        self.null.linear.extended(self.blocks, &self.null.at, &self.null.slopes, &more)
+        self.null.linear.extended(self.blocks, &self.null.residuals, &self.null.slopes, &more)
     }
 
     /// The same, condensed onto these values.
-    pub fn condensed(&self, more: &[Slopes]) -> Condensed {
+    pub fn condensed(&self, more: &[Slopes]) -> ReducedNormal {
         self.eliminated.condensed(&self.beside(more), more.len())
     }
 
     /// The logs with what the calibrated model says of their links.
-    pub fn rows(&self) -> Rows<'_> {
-        Rows { bench: self.bench, logs: self.logs, at: &self.null.at }
+    pub fn rows(&self) -> LogRows<'_> {
+        LogRows { problem: self.problem, logs: self.logs, at: &self.null.residuals }
     }
 }

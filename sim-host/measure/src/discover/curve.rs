@@ -2,13 +2,15 @@
 //! of how it bends. How much that is, held-out blocks say: residuals that follow each other would have
 //! any other criterion take noise for a curve.
 
-use super::context::Context;
+use super::context::DiscoveryContext;
 use super::hypotheses::Hypothesis;
-use super::variables::Series;
+use super::variables::ExpressionValues;
 use crate::data::log::LogKind;
 use crate::diagnose::rules;
-use crate::fit::{self, Condensed, EffectScope, Effort, FitState, Fitted, FreeParameter, Slopes};
-use crate::residuals::localize::CurvePoint;
+use crate::fit::{
+    self, EffectScope, FitState, Fitted, FreeParameter, ReducedNormal, Slopes, SolverOptions,
+};
+use crate::residuals::localize::ConditionBin;
 use nalgebra::DMatrix;
 use std::ops::Range;
 use trueweld_plant::effects::expression::Expression;
@@ -17,8 +19,8 @@ use trueweld_plant::effects::table::{DefinedTable, Places};
 use trueweld_plant::effects::{Action, Effect, EffectKind};
 
 /// Places of a curve while it is screened, and while it is fitted.
-pub(super) const SCREENED: usize = 12;
-pub(super) const FITTED: usize = 20;
+pub(super) const SCREENED_KNOTS: usize = 12;
+pub(super) const FITTED_KNOTS: usize = 20;
 
 /// The same along each variable of a surface.
 fn along_each(of_curve: usize) -> usize {
@@ -27,7 +29,7 @@ fn along_each(of_curve: usize) -> usize {
 
 /// How places lie over the range of a variable.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Layout {
+pub(super) enum KnotLayout {
     /// Nearly even.
     Even,
     /// Half of them even, half of them where the variable often is: for one that is seldom in most of
@@ -36,7 +38,7 @@ pub(super) enum Layout {
 }
 
 /// Share of a place that goes by the variable where they are nearly even, not by how often it is there.
-const EVENLY: f64 = 0.7;
+const EVEN_SPACING_SHARE: f64 = 0.7;
 
 /// Share of the range by which places by how often a variable is there must be away from even ones.
 const SELDOM: f64 = 0.4;
@@ -45,20 +47,20 @@ const SELDOM: f64 = 0.4;
 const BENDS: [f64; 7] = [0.001, 0.004, 0.015, 0.05, 0.15, 0.5, 2.0];
 
 /// Range of a value, in the steps at which slopes are taken.
-const PLAUSIBLE: f64 = 1e3;
+const CURVE_VALUE_RANGE: f64 = 1e3;
 
 /// Least range of a variable, as a share of its largest value, over which a curve may be found.
 const LEAST_RANGE: f64 = 1e-3;
 
 /// A hypothesis with its variables on the logs.
 #[derive(Debug, Clone)]
-pub(super) struct Candidate {
+pub(super) struct CurveCandidate {
     pub hypothesis: Hypothesis,
     /// What the curve is over, and what it is multiplied by.
-    pub over: Series,
-    pub times: Series,
+    pub over: ExpressionValues,
+    pub times: ExpressionValues,
     /// The second variable of a surface.
-    pub across: Option<Series>,
+    pub across: Option<ExpressionValues>,
     /// Slopes of all residuals by a constant at the port, in the port's unit.
     pub constant: Slopes,
     /// Value at which the slopes by a value of the curve are taken.
@@ -72,22 +74,22 @@ pub(super) struct Candidate {
 #[derive(Debug, Clone)]
 pub(super) struct Spring {
     /// The variable.
-    over: Series,
+    over: ExpressionValues,
     /// Value at which the slopes by its stiffness are taken.
     step: f64,
 }
 
-impl Candidate {
+impl CurveCandidate {
     /// Both variables in a row of a log; nothing where there is no second.
     pub fn at(&self, log: usize, row: usize) -> [f64; 2] {
-        let value = |series: &Series| series[log].get(row).copied().unwrap_or(f64::NAN);
+        let value = |series: &ExpressionValues| series[log].get(row).copied().unwrap_or(f64::NAN);
         [value(&self.over), self.across.as_ref().map_or(0.0, value)]
     }
 
     /// Values of a variable where the logs show the port, rising.
-    fn seen(&self, context: &Context<'_>, variable: usize) -> Vec<f64> {
+    fn seen(&self, context: &DiscoveryContext<'_>, variable: usize) -> Vec<f64> {
         let mut seen = Vec::new();
-        for (log, experiment) in context.bench.experiments.iter().enumerate() {
+        for (log, experiment) in context.problem.logs.iter().enumerate() {
             let Some(slope) = &self.constant[log] else { continue };
             let mut last = usize::MAX;
             for (k, compared) in experiment.compared.iter().enumerate() {
@@ -104,7 +106,7 @@ impl Candidate {
     }
 
     /// The same as a loop that turns round over this way; `None` where no log knows its variable.
-    pub fn turning_over(&self, context: &Context<'_>, width: f64) -> Option<Self> {
+    pub fn turning_over(&self, context: &DiscoveryContext<'_>, width: f64) -> Option<Self> {
         let hypothesis = Hypothesis { turns_over: Some(width), ..self.hypothesis };
         let rows = |text: &str| context.rows().of(hypothesis.port, hypothesis.at, text);
         let (over, along) = (rows(&hypothesis.over())?, rows(hypothesis.over)?);
@@ -121,15 +123,15 @@ impl Candidate {
     }
 
     /// Range of the variable where the logs show the port; `None` where it hardly changes.
-    pub fn range(&self, context: &Context<'_>) -> Option<f64> {
+    pub fn range(&self, context: &DiscoveryContext<'_>) -> Option<f64> {
         range(&self.seen(context, 0))
     }
 
     /// The layouts that suit the variable; none where it hardly changes.
-    pub fn layouts(&self, context: &Context<'_>) -> &'static [Layout] {
+    pub fn layouts(&self, context: &DiscoveryContext<'_>) -> &'static [KnotLayout] {
         if self.across.is_some() {
             let changes = |variable| range(&self.seen(context, variable)).is_some();
-            return if [0, 1].into_iter().all(changes) { &[Layout::Even] } else { &[] };
+            return if [0, 1].into_iter().all(changes) { &[KnotLayout::Even] } else { &[] };
         }
         let seen = self.seen(context, 0);
         let (Some(range), Some(first)) = (range(&seen), seen.first()) else {
@@ -139,11 +141,16 @@ impl Candidate {
             (k as f64 / (seen.len() - 1) as f64 - (value - first) / range).abs()
         };
         let seldom = seen.iter().enumerate().map(away).fold(0.0, f64::max) > SELDOM;
-        if seldom { &[Layout::Even, Layout::Often] } else { &[Layout::Even] }
+        if seldom { &[KnotLayout::Even, KnotLayout::Often] } else { &[KnotLayout::Even] }
     }
 
     /// Places over the range of each variable, so many of a curve; `None` where few are apart.
-    pub fn places(&self, context: &Context<'_>, layout: Layout, count: usize) -> Option<Places> {
+    pub fn places(
+        &self,
+        context: &DiscoveryContext<'_>,
+        layout: KnotLayout,
+        count: usize,
+    ) -> Option<Places> {
         let over = |variable, count| self.places_over(context, variable, layout, count);
         Some(match self.across {
             None => Places { x: over(0, count)?, across: Vec::new() },
@@ -155,9 +162,9 @@ impl Candidate {
 
     fn places_over(
         &self,
-        context: &Context<'_>,
+        context: &DiscoveryContext<'_>,
         variable: usize,
-        layout: Layout,
+        layout: KnotLayout,
         count: usize,
     ) -> Option<Vec<f64>> {
         let seen = self.seen(context, variable);
@@ -167,11 +174,12 @@ impl Candidate {
         let often = |share: f64| seen[((seen.len() - 1) as f64 * share).round() as usize];
         let share = |k: usize, of: usize| k as f64 / (of - 1) as f64;
         let (mut places, nearest): (Vec<f64>, f64) = match layout {
-            Layout::Even => {
-                let place = |s: f64| EVENLY * even(s) + (1.0 - EVENLY) * often(s);
+            KnotLayout::Even => {
+                let place =
+                    |s: f64| EVEN_SPACING_SHARE * even(s) + (1.0 - EVEN_SPACING_SHARE) * often(s);
                 ((0..count).map(|k| place(share(k, count))).collect(), 0.1 * range / count as f64)
             }
-            Layout::Often => {
+            KnotLayout::Often => {
                 let half = count / 2 + 1;
                 let each = (0..half).flat_map(|k| [even(share(k, half)), often(share(k, half))]);
                 (each.collect(), 1e-3 * range / count as f64)
@@ -183,10 +191,10 @@ impl Candidate {
     }
 
     /// Slopes of all residuals by its values, over their steps.
-    pub fn slopes(&self, context: &Context<'_>, places: &Places) -> Vec<Slopes> {
+    pub fn slopes(&self, context: &DiscoveryContext<'_>, places: &Places) -> Vec<Slopes> {
         let mut all = self.slopes_at_once(context, places);
-        let ring_down = |log: usize| context.bench.experiments[log].kind == LogKind::RingDown;
-        if !self.hypothesis.swings() || !(0..context.bench.experiments.len()).any(ring_down) {
+        let ring_down = |log: usize| context.problem.logs[log].kind == LogKind::RingDown;
+        if !self.hypothesis.swings() || !(0..context.problem.logs.len()).any(ring_down) {
             return all;
         }
         // A ring-down hardly moves the encoders: only the places near where it is have a say.
@@ -212,19 +220,26 @@ impl Candidate {
     /// The same by driving the plant with each value, of those values and logs that are wanted.
     fn slopes_through_plant(
         &self,
-        context: &Context<'_>,
+        context: &DiscoveryContext<'_>,
         places: &Places,
         wanted: impl Fn(usize, usize) -> bool + Sync,
     ) -> Option<Vec<Slopes>> {
-        let Context { bench, null, .. } = *context;
+        let DiscoveryContext { problem, null, .. } = *context;
         let mut point = null.point.clone();
         let table = DefinedTable { places: places.clone(), bend: f64::INFINITY };
         let of = self.add_to(&mut point, context.id, table)?;
         let own: Vec<FreeParameter> = point.free.iter().copied().filter(|f| f.of == of).collect();
         // What a loop remembers at the start is looked for once, not with each of its values.
-        let with_memory = self.hypothesis.turns_over.map(|_| fit::residuals(bench, &point));
+        let with_memory = self.hypothesis.turns_over.map(|_| fit::residuals(problem, &point));
         let at = with_memory.transpose().ok()?;
-        Some(fit::slopes_where(bench, &point, &own, at.as_ref().unwrap_or(&null.at), 1.0, wanted))
+        Some(fit::slopes_where(
+            problem,
+            &point,
+            &own,
+            at.as_ref().unwrap_or(&null.residuals),
+            1.0,
+            wanted,
+        ))
     }
 
     /// Adds the curve, with no value anywhere, to a point of a fit.
@@ -232,15 +247,15 @@ impl Candidate {
         let kind = self.kind(id, table)?;
         let nothing = vec![0.0; kind.parameters.len()];
         point.add(Effect { kind, at: self.hypothesis.at, values: nothing });
-        Some(EffectScope::All(point.all.len() - 1))
+        Some(EffectScope::Shared(point.shared.len() - 1))
     }
 
     /// The same where the port answers at once: each row as if the variable stood still.
-    fn slopes_at_once(&self, context: &Context<'_>, places: &Places) -> Vec<Slopes> {
-        let logs = context.bench.experiments.len();
+    fn slopes_at_once(&self, context: &DiscoveryContext<'_>, places: &Places) -> Vec<Slopes> {
+        let logs = context.problem.logs.len();
         let before = usize::from(self.spring.is_some());
         let mut all: Vec<Slopes> = vec![vec![None; logs]; before + places.count()];
-        for (log, experiment) in context.bench.experiments.iter().enumerate() {
+        for (log, experiment) in context.problem.logs.iter().enumerate() {
             let Some(slope) = &self.constant[log] else { continue };
             let mut columns = vec![vec![0.0; slope.len()]; before + places.count()];
             let (springs, at) = columns.split_at_mut(before);
@@ -265,14 +280,14 @@ impl Candidate {
     /// The kind of effect that this curve is.
     pub fn kind(&self, id: &str, table: DefinedTable) -> Option<&'static EffectKind> {
         let hypothesis = &self.hypothesis;
-        let far = PLAUSIBLE * self.step;
+        let far = CURVE_VALUE_RANGE * self.step;
         let spring = self.spring.as_ref().map(|spring| CustomParameter {
             name: SPRING.to_owned(),
             unit: hypothesis.slope_unit([1, 0]),
             meaning: SPRING.to_owned(),
             role: CustomRole::Size(spring.step),
-            low: -PLAUSIBLE * spring.step,
-            high: PLAUSIBLE * spring.step,
+            low: -CURVE_VALUE_RANGE * spring.step,
+            high: CURVE_VALUE_RANGE * spring.step,
         });
         let beside = spring.as_ref().map(|_| [SPRING, "*", hypothesis.over, " + "].concat());
         let places =
@@ -314,7 +329,7 @@ pub(super) struct Smooth {
 
 /// The curve whose bending predicts blocks best that were left out. `linear`: the values at the places
 /// come last in it, and nothing is known of them.
-pub(super) fn smooth(linear: &Condensed, places: &Places, step: f64) -> Option<Smooth> {
+pub(super) fn smooth(linear: &ReducedNormal, places: &Places, step: f64) -> Option<Smooth> {
     let of = |bend: f64| {
         let table = DefinedTable { places: places.clone(), bend };
         linear.with_prior(&fit::roughness(&table, step))
@@ -334,8 +349,8 @@ pub(super) fn smooth(linear: &Condensed, places: &Places, step: f64) -> Option<S
 /// A curve fitted through the plant.
 #[derive(Debug, Clone)]
 pub(super) struct FittedCurve {
-    pub candidate: Candidate,
-    layout: Layout,
+    pub candidate: CurveCandidate,
+    layout: KnotLayout,
     pub places: Places,
     pub fitted: Fitted,
 }
@@ -344,22 +359,22 @@ pub(super) struct FittedCurve {
 const NEARLY_ROUND: f64 = 0.01;
 
 /// Points that a formula is drawn by.
-const DRAWN: usize = 200;
+const FORMULA_POINTS: usize = 200;
 
 /// Share of a band's squared width that all values have in common from which on it hides the shape.
 const MOSTLY: f64 = 0.75;
 
 /// Steps of a fit through the plant: a curve is nearly in proportion to its values.
-const STEPS: usize = 6;
+const CURVE_FIT_STEPS: usize = 6;
 
 /// Fits a curve beside the calibrations, through the plant.
 pub(super) fn fit_curve(
-    context: &Context<'_>,
-    candidate: &Candidate,
-    layout: Layout,
+    context: &DiscoveryContext<'_>,
+    candidate: &CurveCandidate,
+    layout: KnotLayout,
 ) -> Option<FittedCurve> {
-    let Context { bench, blocks, null, eliminated, .. } = *context;
-    let places = candidate.places(context, layout, FITTED)?;
+    let DiscoveryContext { problem, blocks, null, eliminated, .. } = *context;
+    let places = candidate.places(context, layout, FITTED_KNOTS)?;
     let own = candidate.slopes_through_plant(context, &places, |_, _| true)?;
     let mut linear = context.beside(&own);
     let Smooth { bend, .. } =
@@ -373,18 +388,19 @@ pub(super) fn fit_curve(
     candidate.add_to(&mut start, context.id, table)?;
     let start = start.moved(&step);
     let known = [null.slopes.clone(), own].concat();
-    let effort = Effort::steps(STEPS, known.len());
-    let fitted = fit::fit(bench, &start, blocks, &known, effort).ok()?;
+    let options = SolverOptions::steps(CURVE_FIT_STEPS, known.len());
+    let fitted = fit::fit(problem, &start, blocks, &known, options).ok()?;
     Some(FittedCurve { candidate: candidate.clone(), layout, places, fitted })
 }
 
 impl FittedCurve {
     /// The same as a loop of another width, where that predicts blocks left out as well: a loop is
     /// screened for a few widths only.
-    pub fn turning_over(&self, context: &Context<'_>, width: f64) -> Option<Self> {
+    pub fn turning_over(&self, context: &DiscoveryContext<'_>, width: f64) -> Option<Self> {
         let candidate = self.candidate.turning_over(context, width)?;
         let other = fit_curve(context, &candidate, self.layout)?;
-        let as_good = self.fitted.held_out() + rules::TIED * rules::trust(&self.fitted);
+        let as_good =
+            self.fitted.held_out() + rules::TIED * rules::variance_inflation(&self.fitted);
         (other.fitted.held_out() < as_good).then_some(other)
     }
 
@@ -395,7 +411,7 @@ impl FittedCurve {
         };
         let [first, last] =
             [0, self.places.x.len() - 1].map(|place| self.drawn_at(self.places.x[place]));
-        let at = |k: usize| first + (last - first) * k as f64 / DRAWN as f64;
+        let at = |k: usize| first + (last - first) * k as f64 / FORMULA_POINTS as f64;
         let hypothesis = &self.candidate.hypothesis;
         // The formula over its variable, its factor left away.
         let text = hypothesis.within(&own.definition.expression);
@@ -411,7 +427,7 @@ impl FittedCurve {
             }
             None => curve.eval(&[x, across], &formula.values),
         };
-        (0..=DRAWN).map(|k| [at(k), value(at(k))]).collect()
+        (0..=FORMULA_POINTS).map(|k| [at(k), value(at(k))]).collect()
     }
 
     /// Where a value of what the curve is over is drawn: of a loop, the way since the variable turned
@@ -425,7 +441,7 @@ impl FittedCurve {
 
     /// All its values, those at its places last.
     pub fn all_values(&self) -> &[f64] {
-        self.fitted.point.all.last().map_or(&[], |effect| &effect.values)
+        self.fitted.point.shared.last().map_or(&[], |effect| &effect.values)
     }
 
     /// Of what there is for each of its values that for its places.
@@ -475,8 +491,9 @@ impl FittedCurve {
 
     /// What the measurements ask for along the curve, whatever its form, a point a stretch between
     /// its places: the curve and what is left of the residual there.
-    pub fn points(&self, context: &Context<'_>) -> Vec<CurvePoint> {
-        let left: Vec<&[f64]> = self.fitted.at.iter().map(|at| at.residual.as_slice()).collect();
+    pub fn points(&self, context: &DiscoveryContext<'_>) -> Vec<ConditionBin> {
+        let left: Vec<&[f64]> =
+            self.fitted.residuals.iter().map(|at| at.residual.as_slice()).collect();
         let mut points = self.asked(context, &left);
         let (_, across) = self.middle();
         for point in &mut points {
@@ -486,13 +503,20 @@ impl FittedCurve {
     }
 
     /// Points where they are drawn.
-    pub fn drawn_points(&self, points: Vec<CurvePoint>) -> Vec<CurvePoint> {
-        points.into_iter().map(|point| CurvePoint { x: self.drawn_at(point.x), ..point }).collect()
+    pub fn drawn_points(&self, points: Vec<ConditionBin>) -> Vec<ConditionBin> {
+        points
+            .into_iter()
+            .map(|point| ConditionBin { x: self.drawn_at(point.x), ..point })
+            .collect()
     }
 
     /// What would take residuals away at the port, a point a stretch between the places; of a surface
     /// near the middle of its second variable.
-    pub fn asked(&self, context: &Context<'_>, left: &[impl AsRef<[f64]>]) -> Vec<CurvePoint> {
+    pub fn asked(
+        &self,
+        context: &DiscoveryContext<'_>,
+        left: &[impl AsRef<[f64]>],
+    ) -> Vec<ConditionBin> {
         let Places { x: places, across } = &self.places;
         let stretches = places.len() - 1;
         let row = self.places.middle();
@@ -503,7 +527,7 @@ impl FittedCurve {
         });
         // Σ s², Σ s² x, −Σ s r, Σ r², number.
         let mut sums = vec![[0.0; 5]; stretches];
-        for (log, experiment) in context.bench.experiments.iter().enumerate() {
+        for (log, experiment) in context.problem.logs.iter().enumerate() {
             let Some(slope) = &self.candidate.constant[log] else { continue };
             let left = left[log].as_ref();
             for (k, compared) in experiment.compared.iter().enumerate() {
@@ -523,10 +547,10 @@ impl FittedCurve {
         }
         let point = |[weight, x, asked, left, count]: [f64; 5]| {
             let x = x / weight;
-            CurvePoint {
+            ConditionBin {
                 x,
                 y: asked / weight,
-                error: ((left / count).max(1.0) * rules::CORRELATED / weight).sqrt(),
+                error: ((left / count).max(1.0) * crate::AUTOCORRELATION_INFLATION / weight).sqrt(),
             }
         };
         let points = sums.into_iter().filter(|sum| sum[0] > 0.0).map(point);

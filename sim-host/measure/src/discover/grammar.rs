@@ -1,11 +1,11 @@
 //! Formulas that may stand for a free curve: sums of parts of a small grammar, each part with a size
 //! of its own, over shapes that they share.
 
-use super::context::Context;
-use super::curve::{Candidate, FittedCurve, SPRING};
+use super::context::DiscoveryContext;
+use super::curve::{CurveCandidate, FittedCurve, SPRING};
 use super::hypotheses::{Hypothesis, replaced};
 use crate::diagnose::rules;
-use crate::fit::{self, Condensed, Effort, Fitted, Quadratic};
+use crate::fit::{self, Fitted, Quadratic, ReducedNormal, SolverOptions};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trueweld_plant::effects::Effect;
@@ -15,7 +15,7 @@ use trueweld_plant::effects::table::Places;
 
 /// What a shape is, and so where it is looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Shape {
+enum ParameterShape {
     /// A place along the variable.
     Place,
     /// A width, in the variable's unit.
@@ -30,7 +30,7 @@ enum Shape {
 
 /// A part of a formula over `u`, of a surface over `u` and `v`.
 #[derive(Debug)]
-struct Part {
+struct FormulaPart {
     /// Name of its size.
     size: &'static str,
     /// Powers of the variables' units in it.
@@ -38,31 +38,34 @@ struct Part {
     of: &'static str,
 }
 
-const fn part(size: &'static str, power: i8, of: &'static str) -> Part {
+const fn part(size: &'static str, power: i8, of: &'static str) -> FormulaPart {
     part_of_two(size, [power, 0], of)
 }
 
-const fn part_of_two(size: &'static str, powers: [i8; 2], of: &'static str) -> Part {
-    Part { size, powers, of }
+const fn part_of_two(size: &'static str, powers: [i8; 2], of: &'static str) -> FormulaPart {
+    FormulaPart { size, powers, of }
 }
 
 /// A formula.
 #[derive(Debug)]
-struct Form {
-    parts: &'static [Part],
-    shapes: &'static [(&'static str, Shape)],
+struct FormulaForm {
+    parts: &'static [FormulaPart],
+    shapes: &'static [(&'static str, ParameterShape)],
 }
 
-const fn form(parts: &'static [Part], shapes: &'static [(&'static str, Shape)]) -> Form {
-    Form { parts, shapes }
+const fn form(
+    parts: &'static [FormulaPart],
+    shapes: &'static [(&'static str, ParameterShape)],
+) -> FormulaForm {
+    FormulaForm { parts, shapes }
 }
 
-const CENTRE: (&str, Shape) = ("centre", Shape::Place);
-const EDGE: (&str, Shape) = ("edge", Shape::Place);
-const WIDTH: (&str, Shape) = ("width", Shape::Width);
+const CENTRE_SHAPE: (&str, ParameterShape) = ("centre", ParameterShape::Place);
+const EDGE_SHAPE: (&str, ParameterShape) = ("edge", ParameterShape::Place);
+const WIDTH_SHAPE: (&str, ParameterShape) = ("width", ParameterShape::Width);
 
 /// The grammar.
-static FORMS: &[Form] = &[
+static CURVE_FORMS: &[FormulaForm] = &[
     form(&[part("level", 0, "1")], &[]),
     form(&[part("slope", 1, "u")], &[]),
     form(&[part("level", 0, "1"), part("slope", 1, "u")], &[]),
@@ -82,33 +85,33 @@ static FORMS: &[Form] = &[
     ),
     form(&[part("square", 2, "u*abs(u)")], &[]),
     form(&[part("slope", 1, "u"), part("square", 2, "u*abs(u)")], &[]),
-    form(&[part("height", 0, "sign(u - centre)")], &[CENTRE]),
-    form(&[part("height", 0, "step(u - edge)")], &[EDGE]),
-    form(&[part("level", 0, "1"), part("height", 0, "step(u - edge)")], &[EDGE]),
-    form(&[part("slope", 1, "abs(u - centre)")], &[CENTRE]),
-    form(&[part("level", 0, "1"), part("slope", 1, "abs(u - centre)")], &[CENTRE]),
-    form(&[part("stiffness", 1, "max(u - edge, 0)")], &[EDGE]),
-    form(&[part("stiffness", 1, "max(edge - u, 0)")], &[EDGE]),
+    form(&[part("height", 0, "sign(u - centre)")], &[CENTRE_SHAPE]),
+    form(&[part("height", 0, "step(u - edge)")], &[EDGE_SHAPE]),
+    form(&[part("level", 0, "1"), part("height", 0, "step(u - edge)")], &[EDGE_SHAPE]),
+    form(&[part("slope", 1, "abs(u - centre)")], &[CENTRE_SHAPE]),
+    form(&[part("level", 0, "1"), part("slope", 1, "abs(u - centre)")], &[CENTRE_SHAPE]),
+    form(&[part("stiffness", 1, "max(u - edge, 0)")], &[EDGE_SHAPE]),
+    form(&[part("stiffness", 1, "max(edge - u, 0)")], &[EDGE_SHAPE]),
     form(
         &[part("stiffness", 1, "sign(u - centre)*max(abs(u - centre) - slack, 0)")],
-        &[CENTRE, ("slack", Shape::Width)],
+        &[CENTRE_SHAPE, ("slack", ParameterShape::Width)],
     ),
     form(
         &[part("slope", 1, "max(-limit, min(limit, u - centre))")],
-        &[CENTRE, ("limit", Shape::Width)],
+        &[CENTRE_SHAPE, ("limit", ParameterShape::Width)],
     ),
-    form(&[part("height", 0, "tanh((u - centre)/width)")], &[CENTRE, WIDTH]),
-    form(&[part("height", 0, "exp(-u/width)")], &[WIDTH]),
-    form(&[part("height", 0, "1 - exp(-u/width)")], &[WIDTH]),
-    form(&[part("level", 0, "1"), part("height", 0, "exp(-u/width)")], &[WIDTH]),
-    form(&[part("height", 0, "exp(-(u/width)^2)")], &[WIDTH]),
-    form(&[part("height", 0, "exp(-((u - centre)/width)^2)")], &[CENTRE, WIDTH]),
-    form(&[part("height", 0, "sign(u)*(abs(u)/width)^power")], &[("power", Shape::Power)]),
-    form(&[part("height", 0, "(abs(u)/width)^power")], &[("power", Shape::Power)]),
-    form(&[part("slope", 1, "u*exp(-(u/width)^2)")], &[WIDTH]),
+    form(&[part("height", 0, "tanh((u - centre)/width)")], &[CENTRE_SHAPE, WIDTH_SHAPE]),
+    form(&[part("height", 0, "exp(-u/width)")], &[WIDTH_SHAPE]),
+    form(&[part("height", 0, "1 - exp(-u/width)")], &[WIDTH_SHAPE]),
+    form(&[part("level", 0, "1"), part("height", 0, "exp(-u/width)")], &[WIDTH_SHAPE]),
+    form(&[part("height", 0, "exp(-(u/width)^2)")], &[WIDTH_SHAPE]),
+    form(&[part("height", 0, "exp(-((u - centre)/width)^2)")], &[CENTRE_SHAPE, WIDTH_SHAPE]),
+    form(&[part("height", 0, "sign(u)*(abs(u)/width)^power")], &[("power", ParameterShape::Power)]),
+    form(&[part("height", 0, "(abs(u)/width)^power")], &[("power", ParameterShape::Power)]),
+    form(&[part("slope", 1, "u*exp(-(u/width)^2)")], &[WIDTH_SHAPE]),
     form(
         &[part("sine", 0, "sin(order*u)"), part("cosine", 0, "cos(order*u)")],
-        &[("order", Shape::Order)],
+        &[("order", ParameterShape::Order)],
     ),
     form(
         &[
@@ -116,73 +119,79 @@ static FORMS: &[Form] = &[
             part("sine", 0, "sin(order*u)"),
             part("cosine", 0, "cos(order*u)"),
         ],
-        &[("order", Shape::Order)],
+        &[("order", ParameterShape::Order)],
     ),
 ];
 
-const TURNS_OVER: (&str, Shape) = ("width", Shape::Turning);
+const LOOP_WIDTH_SHAPE: (&str, ParameterShape) = ("width", ParameterShape::Turning);
 
-const SLACK: (&str, Shape) = ("slack", Shape::Turning);
-const LEVEL: Part = part("level", 0, "1");
-const SPRUNG: Part = part(SPRING, 1, "u");
-const RUBS: Part = part("height", 0, "dahl(u, width)");
-const GIVES: Part = part("stiffness", 1, "(u - play(u, slack))");
+const SLACK_SHAPE: (&str, ParameterShape) = ("slack", ParameterShape::Turning);
+const LEVEL_PART: FormulaPart = part("level", 0, "1");
+const SPRING_PART: FormulaPart = part(SPRING, 1, "u");
+const DAHL_PART: FormulaPart = part("height", 0, "dahl(u, width)");
+const PLAY_PART: FormulaPart = part("stiffness", 1, "(u - play(u, slack))");
 
 /// The grammar of loops: alone, and beside a spring.
-static LOOPS: &[Form] = &[
-    form(&[RUBS], &[TURNS_OVER]),
-    form(&[GIVES], &[SLACK]),
-    form(&[SPRUNG, RUBS], &[TURNS_OVER]),
-    form(&[SPRUNG, GIVES], &[SLACK]),
-    form(&[LEVEL, SPRUNG, RUBS], &[TURNS_OVER]),
-    form(&[LEVEL, SPRUNG, GIVES], &[SLACK]),
+static LOOP_FORMS: &[FormulaForm] = &[
+    form(&[DAHL_PART], &[LOOP_WIDTH_SHAPE]),
+    form(&[PLAY_PART], &[SLACK_SHAPE]),
+    form(&[SPRING_PART, DAHL_PART], &[LOOP_WIDTH_SHAPE]),
+    form(&[SPRING_PART, PLAY_PART], &[SLACK_SHAPE]),
+    form(&[LEVEL_PART, SPRING_PART, DAHL_PART], &[LOOP_WIDTH_SHAPE]),
+    form(&[LEVEL_PART, SPRING_PART, PLAY_PART], &[SLACK_SHAPE]),
 ];
 
-const ACROSS: Part = part_of_two("slope_across", [0, 1], "v");
-const PRODUCT: Part = part_of_two("product", [1, 1], "u*v");
+const SLOPE_ACROSS_PART: FormulaPart = part_of_two("slope_across", [0, 1], "v");
+const PRODUCT_PART: FormulaPart = part_of_two("product", [1, 1], "u*v");
 
 /// The grammar of surfaces: planes, what goes with the product of both, with their sum as an angle, or with
 /// the second by a curve over the first.
-static SURFACES: &[Form] = &[
-    form(&[part("slope", 1, "u"), ACROSS], &[]),
-    form(&[LEVEL, part("slope", 1, "u"), ACROSS], &[]),
-    form(&[PRODUCT], &[]),
-    form(&[LEVEL, PRODUCT], &[]),
-    form(&[part("slope", 1, "u"), PRODUCT], &[]),
-    form(&[ACROSS, PRODUCT], &[]),
-    form(&[LEVEL, part("slope", 1, "u"), ACROSS, PRODUCT], &[]),
+static SURFACE_FORMS: &[FormulaForm] = &[
+    form(&[part("slope", 1, "u"), SLOPE_ACROSS_PART], &[]),
+    form(&[LEVEL_PART, part("slope", 1, "u"), SLOPE_ACROSS_PART], &[]),
+    form(&[PRODUCT_PART], &[]),
+    form(&[LEVEL_PART, PRODUCT_PART], &[]),
+    form(&[part("slope", 1, "u"), PRODUCT_PART], &[]),
+    form(&[SLOPE_ACROSS_PART, PRODUCT_PART], &[]),
+    form(&[LEVEL_PART, part("slope", 1, "u"), SLOPE_ACROSS_PART, PRODUCT_PART], &[]),
     form(
         &[
-            LEVEL,
+            LEVEL_PART,
             part("slope", 1, "u"),
-            ACROSS,
+            SLOPE_ACROSS_PART,
             part("square", 2, "u^2"),
-            PRODUCT,
+            PRODUCT_PART,
             part_of_two("square_across", [0, 2], "v^2"),
         ],
         &[],
     ),
     form(&[part("sine", 0, "sin(u + v)"), part("cosine", 0, "cos(u + v)")], &[]),
-    form(&[LEVEL, part("sine", 0, "sin(u + v)"), part("cosine", 0, "cos(u + v)")], &[]),
-    form(&[part_of_two("size", [0, 1], "v*(abs(u)/width)^power")], &[("power", Shape::Power)]),
-    form(&[part_of_two("size", [0, 1], "v*exp(-u/width)")], &[WIDTH]),
-    form(&[ACROSS, part_of_two("size", [0, 1], "v*exp(-u/width)")], &[WIDTH]),
-    form(&[part_of_two("size", [0, 1], "v*exp(-((u - centre)/width)^2)")], &[CENTRE, WIDTH]),
-    form(&[part_of_two("size", [0, 1], "v*step(u - edge)")], &[EDGE]),
+    form(&[LEVEL_PART, part("sine", 0, "sin(u + v)"), part("cosine", 0, "cos(u + v)")], &[]),
+    form(
+        &[part_of_two("size", [0, 1], "v*(abs(u)/width)^power")],
+        &[("power", ParameterShape::Power)],
+    ),
+    form(&[part_of_two("size", [0, 1], "v*exp(-u/width)")], &[WIDTH_SHAPE]),
+    form(&[SLOPE_ACROSS_PART, part_of_two("size", [0, 1], "v*exp(-u/width)")], &[WIDTH_SHAPE]),
+    form(
+        &[part_of_two("size", [0, 1], "v*exp(-((u - centre)/width)^2)")],
+        &[CENTRE_SHAPE, WIDTH_SHAPE],
+    ),
+    form(&[part_of_two("size", [0, 1], "v*step(u - edge)")], &[EDGE_SHAPE]),
     form(
         &[
             part_of_two("sine", [0, 1], "v*sin(order*u)"),
             part_of_two("cosine", [0, 1], "v*cos(order*u)"),
         ],
-        &[("order", Shape::Order)],
+        &[("order", ParameterShape::Order)],
     ),
     form(
         &[
-            ACROSS,
+            SLOPE_ACROSS_PART,
             part_of_two("sine", [0, 1], "v*sin(order*u)"),
             part_of_two("cosine", [0, 1], "v*cos(order*u)"),
         ],
-        &[("order", Shape::Order)],
+        &[("order", ParameterShape::Order)],
     ),
 ];
 
@@ -195,18 +204,18 @@ const POWERS: [f64; 2] = [0.2, 4.0];
 
 /// Formulas of a curve that is screened that are judged by blocks left out: so many of the shortest, and
 /// so many of those that fit best.
-const SCREENED: usize = 3;
+const SCREENED_FORMULAS: usize = 3;
 
 /// Formulas fitted through the plant.
-const FITTED: usize = 4;
+const FITTED_FORMULAS: usize = 4;
 
 /// Steps of such a fit.
-const STEPS: usize = 25;
+const FORMULA_FIT_STEPS: usize = 25;
 
 /// A formula in the place of a curve.
 #[derive(Debug, Clone)]
-pub(super) struct Law {
-    form: &'static Form,
+pub(super) struct FittedFormula {
+    form: &'static FormulaForm,
     pub expression: String,
     pub fitted: Fitted,
 }
@@ -241,14 +250,14 @@ impl Cost {
     fn new(
         normal: Quadratic,
         places: &Places,
-        candidate: &Candidate,
+        candidate: &CurveCandidate,
         at: DVector<f64>,
     ) -> Option<Self> {
         let steps = candidate.steps(places);
-        let Quadratic { square, slope } = normal.of_last(steps.len())?;
+        let Quadratic { jtj, jtr } = normal.of_last(steps.len())?;
         Some(Self {
-            curvature: square.map_with_location(|i, j, c| c / (steps[i] * steps[j])),
-            slope: slope.map_with_location(|i, _, s| s / steps[i]),
+            curvature: jtj.map_with_location(|i, j, c| c / (steps[i] * steps[j])),
+            slope: jtr.map_with_location(|i, _, s| s / steps[i]),
             at,
             places: places.clone(),
             turns_over: candidate.hypothesis.turns_over,
@@ -257,20 +266,20 @@ impl Cost {
     }
 
     /// Formulas that may stand in its place.
-    fn forms(&self) -> &'static [Form] {
+    fn forms(&self) -> &'static [FormulaForm] {
         match self.turns_over {
-            Some(_) => LOOPS,
-            None if self.places.across.is_empty() => FORMS,
-            None => SURFACES,
+            Some(_) => LOOP_FORMS,
+            None if self.places.across.is_empty() => CURVE_FORMS,
+            None => SURFACE_FORMS,
         }
     }
 
     /// A form's parts, ready to be evaluated over `u` and its shapes. A power is taken of the variable
     /// over its range.
-    fn parsed(&self, form: &Form) -> Option<Vec<Expression>> {
+    fn parsed(&self, form: &FormulaForm) -> Option<Vec<Expression>> {
         let shapes: Vec<&str> = form.shapes.iter().map(|s| s.0).collect();
         let wide = wide(&self.places);
-        let parse = |part: &Part| {
+        let parse = |part: &FormulaPart| {
             Expression::parse(&scaled(form, part.of, wide), &["u", "v"], &shapes).ok()
         };
         form.parts.iter().map(parse).collect()
@@ -294,17 +303,17 @@ impl Cost {
     }
 
     /// Values of a shape that are tried.
-    fn starts(&self, shape: Shape, count: usize) -> Vec<f64> {
+    fn starts(&self, shape: ParameterShape, count: usize) -> Vec<f64> {
         let [low, high] = range(shape, &self.places.x, self.turns_over);
         let share = |k: usize| (k as f64 + 0.5) / count as f64;
         let all = (0..count).map(share);
         match shape {
-            Shape::Place => all.map(|share| low + (high - low) * share).collect(),
-            Shape::Width | Shape::Order | Shape::Power => {
+            ParameterShape::Place => all.map(|share| low + (high - low) * share).collect(),
+            ParameterShape::Width | ParameterShape::Order | ParameterShape::Power => {
                 all.map(|share| low * (high / low).powf(share)).collect()
             }
             // What is remembered was screened for one way.
-            Shape::Turning => self.turns_over.into_iter().collect(),
+            ParameterShape::Turning => self.turns_over.into_iter().collect(),
         }
     }
 
@@ -321,8 +330,8 @@ impl Cost {
 
 /// A formula with values.
 #[derive(Debug, Clone)]
-pub(super) struct Found {
-    form: &'static Form,
+pub(super) struct ValuedFormula {
+    form: &'static FormulaForm,
     sizes: Vec<f64>,
     shapes: Vec<f64>,
     /// Cost, as the normal equations have it.
@@ -332,21 +341,23 @@ pub(super) struct Found {
 }
 
 /// Where a shape is plausible.
-fn range(shape: Shape, places: &[f64], turns_over: Option<f64>) -> [f64; 2] {
+fn range(shape: ParameterShape, places: &[f64], turns_over: Option<f64>) -> [f64; 2] {
     let (first, last) = (places[0], places[places.len() - 1]);
     let wide = last - first;
     match shape {
-        Shape::Place => [first, last],
-        Shape::Width => [0.02 * wide, 3.0 * wide],
+        ParameterShape::Place => [first, last],
+        ParameterShape::Width => [0.02 * wide, 3.0 * wide],
         // A wave needs three places at least.
-        Shape::Order => [1.0 / wide, std::f64::consts::TAU * places.len() as f64 / (3.0 * wide)],
-        Shape::Power => POWERS,
-        Shape::Turning => [0.1, 10.0].map(|share| share * turns_over.unwrap_or(wide)),
+        ParameterShape::Order => {
+            [1.0 / wide, std::f64::consts::TAU * places.len() as f64 / (3.0 * wide)]
+        }
+        ParameterShape::Power => POWERS,
+        ParameterShape::Turning => [0.1, 10.0].map(|share| share * turns_over.unwrap_or(wide)),
     }
 }
 
 /// A part in which a width that is no shape is that of the variable's range.
-fn scaled(form: &Form, part: &str, wide: f64) -> String {
+fn scaled(form: &FormulaForm, part: &str, wide: f64) -> String {
     match form.shapes.iter().any(|s| s.0 == "width") {
         true => part.to_owned(),
         false => part.replace("width", &format!("{wide:?}")),
@@ -364,9 +375,9 @@ fn wide(Places { x, .. }: &Places) -> f64 {
 }
 
 /// Formulas in the place of a curve that are as short as any, the shortest first.
-fn shortest(cost: &Cost, trust: f64, count: usize) -> Vec<Found> {
-    let mut found: Vec<Found> =
-        cost.forms().par_iter().filter_map(|form| find(form, cost, trust, count)).collect();
+fn shortest(cost: &Cost, inflation: f64, count: usize) -> Vec<ValuedFormula> {
+    let mut found: Vec<ValuedFormula> =
+        cost.forms().par_iter().filter_map(|form| find(form, cost, inflation, count)).collect();
     found.sort_by(|a, b| a.length.total_cmp(&b.length));
     found
 }
@@ -375,19 +386,19 @@ fn shortest(cost: &Cost, trust: f64, count: usize) -> Vec<Found> {
 /// as far as slopes tell, and their sum of squares. `linear`: nothing is known of the curve's values,
 /// which come last, in units of the candidate's steps; `count`: number of residuals.
 pub(super) fn screened(
-    linear: &Condensed,
+    linear: &ReducedNormal,
     places: &Places,
-    candidate: &Candidate,
+    candidate: &CurveCandidate,
     count: usize,
-) -> Option<(f64, Found)> {
+) -> Option<(f64, ValuedFormula)> {
     let steps = DVector::from_vec(candidate.steps(places));
     let nothing = DVector::zeros(steps.len());
     let cost = Cost::new(linear.all.clone(), places, candidate, nothing)?;
-    let mut found = shortest(&cost, rules::CORRELATED, count);
+    let mut found = shortest(&cost, crate::AUTOCORRELATION_INFLATION, count);
     // The shortest, and of the others those that fit best.
-    let from = SCREENED.min(found.len());
+    let from = SCREENED_FORMULAS.min(found.len());
     found[from..].sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let judged = found.into_iter().take(2 * SCREENED).filter_map(|found| {
+    let judged = found.into_iter().take(2 * SCREENED_FORMULAS).filter_map(|found| {
         let parts = cost.values(&cost.parsed(found.form)?, &found.shapes)?;
         let parts = parts.map_with_location(|row, _, part| part / steps[row]);
         let held_out = linear.with_parts(&parts).held_out();
@@ -396,7 +407,12 @@ pub(super) fn screened(
     judged.min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-fn find(form: &'static Form, cost: &Cost, trust: f64, count: usize) -> Option<Found> {
+fn find(
+    form: &'static FormulaForm,
+    cost: &Cost,
+    inflation: f64,
+    count: usize,
+) -> Option<ValuedFormula> {
     let parts = cost.parsed(form)?;
     let judge = |shapes: &[f64]| cost.least(&cost.values(&parts, shapes)?);
     let grid: Vec<Vec<f64>> = match form.shapes {
@@ -417,13 +433,13 @@ fn find(form: &'static Form, cost: &Cost, trust: f64, count: usize) -> Option<Fo
     if sizes.iter().any(|size| *size == 0.0 || !size.is_finite()) {
         return None;
     }
-    let length = least / trust + length(form, count);
-    Some(Found { form, sizes, shapes, cost: least, length })
+    let length = least / inflation + length(form, count);
+    Some(ValuedFormula { form, sizes, shapes, cost: least, length })
 }
 
 /// What a form costs to be written down: half a logarithm of the number of residuals for each
 /// number, twice, as sums of squares are twice a logarithm; and its symbols.
-fn length(form: &Form, count: usize) -> f64 {
+fn length(form: &FormulaForm, count: usize) -> f64 {
     let symbols: usize =
         form.parts.iter().map(|p| p.of.split(|c: char| !c.is_alphanumeric()).count()).sum();
     let numbers = form.parts.len() + form.shapes.len();
@@ -435,77 +451,97 @@ const SYMBOL: f64 = 4.6;
 
 /// The best formula in a curve's place, fitted through the plant; `None` where none is as good on
 /// blocks left out. `first`: one that was fitted before.
-pub(super) fn law(context: &Context<'_>, curve: &FittedCurve, first: Option<&Law>) -> Option<Law> {
+pub(super) fn law(
+    context: &DiscoveryContext<'_>,
+    curve: &FittedCurve,
+    first: Option<&FittedFormula>,
+) -> Option<FittedFormula> {
     let cost = Cost::of(curve)?;
-    let count = fit::count(&curve.fitted.at);
-    let trust = rules::trust(&curve.fitted);
-    let mut found = shortest(&cost, trust, count);
-    found.truncate(FITTED);
+    let count = fit::count(&curve.fitted.residuals);
+    let inflation = rules::variance_inflation(&curve.fitted);
+    let mut found = shortest(&cost, inflation, count);
+    found.truncate(FITTED_FORMULAS);
     let of_curve = curve.fitted.held_out();
     let least = first.map_or(of_curve, |first| first.fitted.held_out().min(of_curve));
-    let best = least + rules::TIED * trust;
-    let fits: Vec<Law> = found
+    let best = least + rules::TIED * inflation;
+    let fits: Vec<FittedFormula> = found
         .into_par_iter()
-        .filter(|_| !context.bench.is_late())
+        .filter(|_| !context.problem.is_late())
         .filter_map(|found| fitted(context, curve, &found))
         .collect();
     let judged = fits.into_iter().chain(first.cloned()).filter_map(|law| {
         let held_out = law.fitted.held_out();
-        let length = held_out / trust + length(law.form, count);
+        let length = held_out / inflation + length(law.form, count);
         (held_out <= best).then_some((length, law))
     });
     judged.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, law)| law)
 }
 
-impl Law {
+impl FittedFormula {
     /// The way over which it turns round, where it is a Dahl loop.
     pub fn turns_over(&self) -> Option<f64> {
-        let of = self.form.shapes.iter().position(|s| *s == TURNS_OVER)?;
+        let of = self.form.shapes.iter().position(|s| *s == LOOP_WIDTH_SHAPE)?;
         self.effect()?.values.get(self.form.parts.len() + of).copied()
     }
 
     /// The effect that the law is.
     pub fn effect(&self) -> Option<&Effect> {
-        self.fitted.point.all.last()
+        self.fitted.point.shared.last()
     }
 
     /// A law of the same form in another curve's place.
-    pub fn elsewhere(&self, context: &Context<'_>, curve: &FittedCurve) -> Option<Self> {
+    pub fn elsewhere(&self, context: &DiscoveryContext<'_>, curve: &FittedCurve) -> Option<Self> {
         let cost = Cost::of(curve)?;
         if !cost.forms().iter().any(|form| std::ptr::eq(form, self.form)) {
             return None;
         }
-        let found = find(self.form, &cost, rules::CORRELATED, fit::count(&curve.fitted.at))?;
+        let found = find(
+            self.form,
+            &cost,
+            crate::AUTOCORRELATION_INFLATION,
+            fit::count(&curve.fitted.residuals),
+        )?;
         fitted(context, curve, &found)
     }
 }
 
 /// A formula fitted through the plant, calibrations with it.
-pub(super) fn fitted(context: &Context<'_>, curve: &FittedCurve, found: &Found) -> Option<Law> {
-    let Context { bench, blocks, null, .. } = *context;
+pub(super) fn fitted(
+    context: &DiscoveryContext<'_>,
+    curve: &FittedCurve,
+    found: &ValuedFormula,
+) -> Option<FittedFormula> {
+    let DiscoveryContext { problem, blocks, null, .. } = *context;
     let hypothesis = &curve.candidate.hypothesis;
     let (definition, values) = definition(context.id, hypothesis, found, &curve.places);
     let expression = definition.expression.clone();
     let kind = definition.kind(&values).ok()?;
-    let mut point = curve.fitted.point.without(curve.fitted.point.all.len() - 1);
+    let mut point = curve.fitted.point.without(curve.fitted.point.shared.len() - 1);
     point.add(Effect { kind, at: hypothesis.at, values });
     let known = &curve.fitted.slopes[..null.slopes.len()];
-    let fitted = fit::fit(bench, &point, blocks, known, Effort::steps(STEPS, known.len())).ok()?;
-    Some(Law { form: found.form, expression, fitted })
+    let fitted = fit::fit(
+        problem,
+        &point,
+        blocks,
+        known,
+        SolverOptions::steps(FORMULA_FIT_STEPS, known.len()),
+    )
+    .ok()?;
+    Some(FittedFormula { form: found.form, expression, fitted })
 }
 
 /// A formula as an effect of the user's own. A part that stands alone has its sign before it.
 fn definition(
     id: &str,
     hypothesis: &Hypothesis,
-    found: &Found,
+    found: &ValuedFormula,
     places: &Places,
 ) -> (Definition, Vec<f64>) {
     let form = found.form;
     let negative = form.parts.len() == 1 && found.sizes[0] < 0.0;
     let sizes: Vec<f64> = found.sizes.iter().map(|s| if negative { -s } else { *s }).collect();
     let wide = wide(places);
-    let of = |Part { size, of, .. }: &Part| match scaled(form, of, wide).as_str() {
+    let of = |FormulaPart { size, of, .. }: &FormulaPart| match scaled(form, of, wide).as_str() {
         "1" => (*size).to_owned(),
         // A sum stands in parentheses.
         part if part.starts_with("1 - ") => format!("{size}*({part})"),
@@ -536,13 +572,15 @@ fn definition(
         let value = *value;
         let [low, high] = range(*shape, &places.x, hypothesis.turns_over);
         let (unit, role) = match shape {
-            Shape::Place => {
+            ParameterShape::Place => {
                 let step = 0.01 * (high - low);
                 (x_unit.to_owned(), CustomRole::Position(step, vec![value]))
             }
-            Shape::Width | Shape::Turning => (x_unit.to_owned(), CustomRole::Shape(vec![value])),
-            Shape::Order => (format!("rad/({x_unit})"), CustomRole::Shape(vec![value])),
-            Shape::Power => ("1".to_owned(), CustomRole::Shape(vec![value])),
+            ParameterShape::Width | ParameterShape::Turning => {
+                (x_unit.to_owned(), CustomRole::Shape(vec![value]))
+            }
+            ParameterShape::Order => (format!("rad/({x_unit})"), CustomRole::Shape(vec![value])),
+            ParameterShape::Power => ("1".to_owned(), CustomRole::Shape(vec![value])),
         };
         let name = (*name).to_owned();
         shapes.push(value);
@@ -575,8 +613,8 @@ mod tests {
 
     #[test]
     fn every_form_is_an_expression_of_its_shapes() {
-        let loops = LOOPS.iter().map(|form| (form, Some(0.5)));
-        let others = FORMS.iter().chain(SURFACES).map(|form| (form, None));
+        let loops = LOOP_FORMS.iter().map(|form| (form, Some(0.5)));
+        let others = CURVE_FORMS.iter().chain(SURFACE_FORMS).map(|form| (form, None));
         for (form, turns_over) in others.chain(loops) {
             let cost = Cost {
                 curvature: DMatrix::zeros(5, 5),

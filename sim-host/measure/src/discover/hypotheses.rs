@@ -27,7 +27,7 @@ pub struct Hypothesis {
 
 /// Loops that are looked at: what rubs on a link, and friction that gives before it slides. They come
 /// after the curves, which remember nothing.
-const LOOPS: [(&str, &str); 2] = [("motor-friction", "encoder"), ("link-torque", "link")];
+const LOOP_HYPOTHESES: [(&str, &str); 2] = [("motor-friction", "encoder"), ("link-torque", "link")];
 
 /// The sense in which a joint turns: friction turns round with it.
 const MOTOR_SENSE: &str = "tanh(encoder_rate/smoothing)";
@@ -36,7 +36,7 @@ const LINK_SENSE: &str = "tanh(link_rate/smoothing)";
 /// Ports, variables and factors that are looked at; of those that the logs do not tell apart the
 /// first is named. What a robot carries about comes before what its gears do, and both before what
 /// instruments read.
-const ALL: &[(&str, &[(&str, &str)])] = &[
+const CURVE_HYPOTHESES: &[(&str, &[(&str, &str)])] = &[
     (
         "motor-friction",
         &[
@@ -79,16 +79,16 @@ const ALL: &[(&str, &[(&str, &str)])] = &[
     ("tool-shift-z", &[("time", "1")]),
     ("link-encoder", &[("encoder", "1"), ("time", "1")]),
     ("recorded-torque", &[("encoder", "1"), ("torque", "1"), ("time", "1")]),
-    ("tracker-x", &INSTRUMENT),
-    ("tracker-y", &INSTRUMENT),
-    ("tracker-z", &INSTRUMENT),
+    ("tracker-x", &TRACKER_VARIABLES),
+    ("tracker-y", &TRACKER_VARIABLES),
+    ("tracker-z", &TRACKER_VARIABLES),
     ("force-sensor-x", &[("fz", "1"), ("time", "1")]),
     ("force-sensor-y", &[("fz", "1"), ("time", "1")]),
     ("force-sensor-z", &[("fz", "1"), ("time", "1")]),
 ];
 
 /// What a tracker's error may depend on.
-const INSTRUMENT: [(&str, &str); 7] = [
+const TRACKER_VARIABLES: [(&str, &str); 7] = [
     ("px", "1"),
     ("py", "1"),
     ("pz", "1"),
@@ -100,7 +100,7 @@ const INSTRUMENT: [(&str, &str); 7] = [
 
 /// Surfaces that are looked at where no curve is enough: port, both variables, and what the surface is
 /// multiplied by.
-const SURFACES: &[(&str, &str, &str, &str)] = &[
+const SURFACE_HYPOTHESES: &[(&str, &str, &str, &str)] = &[
     ("motor-friction", "encoder", "abs(spring_torque)", MOTOR_SENSE),
     ("motor-friction", "abs(encoder_rate)", "abs(spring_torque)", MOTOR_SENSE),
     ("motor-friction", "encoder", "abs(encoder_rate)", MOTOR_SENSE),
@@ -135,7 +135,7 @@ pub(super) fn all() -> Vec<Hypothesis> {
     let curves = |(name, curves): &'static (&'static str, &[(&'static str, &'static str)])| {
         places(name, curves.iter().map(|(over, times)| (*over, None, *times)).collect())
     };
-    ALL.iter().flat_map(curves).collect()
+    CURVE_HYPOTHESES.iter().flat_map(curves).collect()
 }
 
 /// Every hypothesis of a surface.
@@ -144,7 +144,7 @@ pub(super) fn surfaces() -> Vec<Hypothesis> {
         |(name, over, across, times): &(&'static str, &'static str, &'static str, &'static str)| {
             places(name, vec![(*over, Some(*across), *times)])
         };
-    SURFACES.iter().flat_map(of).collect()
+    SURFACE_HYPOTHESES.iter().flat_map(of).collect()
 }
 
 /// Hypotheses at every place of a port, by their variables and factors.
@@ -170,7 +170,7 @@ fn places(
 impl Hypothesis {
     /// True for a curve beside which a loop is looked for.
     pub(super) fn may_be_loop(&self) -> bool {
-        self.times == "1" && LOOPS.contains(&(self.port.name, self.over))
+        self.times == "1" && LOOP_HYPOTHESES.contains(&(self.port.name, self.over))
     }
 
     /// Names of the port's variables that it depends on, that of the curve first.

@@ -1,24 +1,24 @@
 //! Laws outside the library: free curves fitted through the plant with the formulas that screening found
 //! in their place, and what they must do better than.
 
-use super::context::Context;
-use super::curve::{Candidate, FittedCurve, fit_curve};
-use super::grammar::{self, Law};
+use super::context::DiscoveryContext;
+use super::curve::{CurveCandidate, FittedCurve, fit_curve};
+use super::grammar::{self, FittedFormula};
 use super::hypotheses::{self, Hypothesis};
-use super::screen::{Screened, curves, likeliest, ports, surfaces};
-use crate::diagnose::{self, Diagnosis, Progress, Verdict, rules};
+use super::screen::{ScreenedCurve, curves, likeliest, ports, surfaces};
+use crate::diagnose::{self, Diagnosis, DiagnosisVerdict, ProgressCallback, rules};
 use crate::fit::{FitProblem, Fitted};
 use rayon::prelude::*;
 
 /// Share of what is above the floor that a discovery may leave.
-const LEFT: f64 = 0.25;
+const DISCOVERY_REMAINDER_MAX: f64 = 0.25;
 /// Share of what the library explains that a curve must explain more where nothing stands out,
 /// beside what chance makes: no prediction is exact, and an effect whose form holds to this holds.
 const HOLDS: f64 = 0.01;
 
 /// What the library makes of the logs, and so what a law outside it must do better than.
 pub(super) struct Library<'a> {
-    bench: &'a FitProblem,
+    problem: &'a FitProblem,
     /// Sum of squares of blocks left out, by the calibrations alone.
     before: f64,
     /// The least one, and the least cost, with what it has.
@@ -33,24 +33,26 @@ pub(super) struct Library<'a> {
 }
 
 impl<'a> Library<'a> {
-    pub fn of(bench: &'a FitProblem, diagnosis: &Diagnosis) -> Self {
+    pub fn of(problem: &'a FitProblem, diagnosis: &Diagnosis) -> Self {
         let null = &diagnosis.null;
         // A partial explanation within the library may do as well; one that fits anything is none.
         let within = diagnosis.chosen.iter().chain(diagnosis.candidates.iter().map(|c| &c.fitted));
-        let within = within.filter(|fitted| !diagnose::fits_anything(bench, fitted));
+        let within = within.filter(|fitted| !diagnose::fits_anything(problem, fitted));
         let within: Vec<&Fitted> = within.chain([null]).collect();
         let least = |of: &dyn Fn(&Fitted) -> f64| {
             within.iter().map(|fitted| of(fitted)).fold(f64::INFINITY, f64::min)
         };
-        let adequate = diagnosis.verdict == Verdict::Adequate;
-        let named = diagnosis.chosen.last().filter(|_| diagnosis.verdict == Verdict::EffectFound);
+        let adequate = diagnosis.verdict == DiagnosisVerdict::Adequate;
+        let named =
+            diagnosis.chosen.last().filter(|_| diagnosis.verdict == DiagnosisVerdict::EffectFound);
         Self {
-            bench,
+            problem,
             before: null.held_out(),
             held_out: least(&Fitted::held_out),
             cost: least(&|fitted| fitted.cost),
-            above: rules::above(bench, &null.at).max(1.0),
-            at_floor: adequate || named.is_some_and(|fitted| rules::at_floor(bench, &fitted.at)),
+            above: rules::excess_chi_square(problem, &null.residuals).max(1.0),
+            at_floor: adequate
+                || named.is_some_and(|fitted| rules::within_noise(problem, &fitted.residuals)),
             // Where nothing is missing as far as the library goes, one of so many may promise much by
             // chance.
             gain: if adequate { rules::AMPLE } else { rules::GAIN },
@@ -71,14 +73,15 @@ impl<'a> Library<'a> {
     }
 
     /// True for a law that does better than all that the library has.
-    fn is_bettered_by(&self, law: &Tried) -> bool {
+    fn is_bettered_by(&self, law: &FreeFormLaw) -> bool {
         let fitted = law.fitted();
-        let left = rules::above(self.bench, &fitted.at) / self.above;
+        let left = rules::excess_chi_square(self.problem, &fitted.residuals) / self.above;
         // Of what shows little, noise alone leaves a large share.
-        let partial = left > LEFT && !rules::at_floor(self.bench, &fitted.at);
+        let partial =
+            left > DISCOVERY_REMAINDER_MAX && !rules::within_noise(self.problem, &fitted.residuals);
         // What is freer than an effect and tied with it is no law: what it predicts better of blocks
         // left out it owes to calibrations that are farther off than expected.
-        let fits_better = fitted.cost < self.cost - rules::TIED * rules::trust(fitted);
+        let fits_better = fitted.cost < self.cost - rules::TIED * rules::variance_inflation(fitted);
         let beyond = self.beyond(self.held_out, self.at_floor, law.noise());
         !partial && fits_better && law.held_out <= beyond
     }
@@ -87,11 +90,11 @@ impl<'a> Library<'a> {
 /// Laws that do better than the library and that the logs do not tell apart, the one first that is named.
 /// Where no curve is enough, and where one was found, surfaces are looked at too: one variable is enough
 /// where a second one brings no more.
-pub(super) fn outside(
-    context: &Context<'_>,
+pub(super) fn free_form_laws(
+    context: &DiscoveryContext<'_>,
     library: &Library<'_>,
-    progress: Progress<'_>,
-) -> Vec<Tried> {
+    progress: ProgressCallback<'_>,
+) -> Vec<FreeFormLaw> {
     let goal = library.goal();
     let ports = ports(context);
     let found = laws(context, &curves(context, &ports), goal, (progress, [0.0, 0.3]));
@@ -101,40 +104,43 @@ pub(super) fn outside(
     }
     let beyond = of_one.as_ref().map_or(goal, |laws| {
         let law = &laws[0];
-        let at_floor = rules::at_floor(library.bench, &law.fitted().at);
+        let at_floor = rules::within_noise(library.problem, &law.fitted().residuals);
         library.beyond(law.held_out, at_floor, law.noise())
     });
     // What few places promise says little of what more of them bring.
     let found = laws(context, &surfaces(context, &ports), goal, (progress, [0.6, 0.7]));
-    let is_better = |law: &Tried| library.is_bettered_by(law) && law.held_out < beyond;
+    let is_better = |law: &FreeFormLaw| library.is_bettered_by(law) && law.held_out < beyond;
     first(found, is_better).or(of_one).unwrap_or_default()
 }
 
 /// The laws with the first one that is as asked before all others; `None` where there is none.
-fn first(mut laws: Vec<Tried>, is_one: impl Fn(&Tried) -> bool) -> Option<Vec<Tried>> {
+fn first(
+    mut laws: Vec<FreeFormLaw>,
+    is_one: impl Fn(&FreeFormLaw) -> bool,
+) -> Option<Vec<FreeFormLaw>> {
     let at = laws.iter().position(is_one)?;
     laws[..=at].rotate_right(1);
     Some(laws)
 }
 
 /// Curves that lower blocks left out by more than chance, beside all that a fit has.
-pub(super) fn lowering(context: &Context<'_>) -> Vec<Tried> {
+pub(super) fn curves_that_lower_cost(context: &DiscoveryContext<'_>) -> Vec<FreeFormLaw> {
     laws(context, &curves(context, &ports(context)), f64::INFINITY, (&|_, _| (), [0.0; 2]))
 }
 
 /// A free curve that was fitted through the plant, and the formula that screening found in its place.
 #[derive(Debug)]
-pub(super) struct Tried {
+pub(super) struct FreeFormLaw {
     pub curve: FittedCurve,
-    pub formula: Option<Law>,
+    pub formula: Option<FittedFormula>,
     /// True where the formula predicts blocks better that were left out.
     is_formula: bool,
     /// Sum of squares of these, by the better of the two.
     held_out: f64,
 }
 
-impl Tried {
-    fn new(context: &Context<'_>, screened: &Screened<'_>) -> Option<Self> {
+impl FreeFormLaw {
+    fn new(context: &DiscoveryContext<'_>, screened: &ScreenedCurve<'_>) -> Option<Self> {
         let curve = fit_curve(context, screened.candidate, screened.layout)?;
         let formula = screened.formula.as_ref();
         let formula = formula.and_then(|found| grammar::fitted(context, &curve, found));
@@ -152,7 +158,7 @@ impl Tried {
 
     /// What noise makes of that.
     fn noise(&self) -> f64 {
-        rules::trust(self.fitted()) / rules::CORRELATED
+        rules::variance_inflation(self.fitted()) / crate::AUTOCORRELATION_INFLATION
     }
 }
 
@@ -160,26 +166,26 @@ impl Tried {
 /// best: the one first that is named of these. `goal`: what such a law must promise to lower them to;
 /// `progress`: with its shares where they are looked for, and where they are fitted.
 fn laws(
-    context: &Context<'_>,
-    candidates: &[Candidate],
+    context: &DiscoveryContext<'_>,
+    candidates: &[CurveCandidate],
     goal: f64,
-    (progress, [looking, fitting]): (Progress<'_>, [f64; 2]),
-) -> Vec<Tried> {
-    let Context { bench, null, .. } = *context;
+    (progress, [looking, fitting]): (ProgressCallback<'_>, [f64; 2]),
+) -> Vec<FreeFormLaw> {
+    let DiscoveryContext { problem, null, .. } = *context;
     progress("looking outside the library", looking);
     let wanted = likeliest(context, candidates, goal);
     progress("fitting what may be there", fitting);
-    let mut laws: Vec<Tried> = wanted
+    let mut laws: Vec<FreeFormLaw> = wanted
         .par_iter()
-        .filter(|_| !bench.is_late())
-        .filter_map(|screened| Tried::new(context, screened))
-        .filter(|law| rules::counts(bench, null, law.fitted()))
+        .filter(|_| !problem.is_late())
+        .filter_map(|screened| FreeFormLaw::new(context, screened))
+        .filter(|law| rules::is_significant(problem, null, law.fitted()))
         .collect();
     laws.sort_by(|a, b| a.held_out.total_cmp(&b.held_out));
     let Some(least) = laws.first() else {
         return Vec::new();
     };
-    let reach = least.held_out + rules::TIED * rules::trust(least.fitted());
+    let reach = least.held_out + rules::TIED * rules::variance_inflation(least.fitted());
     laws.retain(|law| law.held_out <= reach);
     let order = hypotheses::all();
     let place = |h: &Hypothesis| order.iter().position(|one| one == h).unwrap_or(order.len());

@@ -24,14 +24,17 @@ mod variables;
 pub use hypotheses::Hypothesis;
 
 use crate::data::log::Log;
-use crate::diagnose::{self, Diagnosis, FittedEffect, Progress, Undone, Verdict, rules};
+use crate::diagnose::{
+    self, Diagnosis, DiagnosisVerdict, FittedEffect, Incomplete, ProgressCallback, rules,
+};
+use crate::experiment::RIVALS_MAX;
 use crate::experiment::{Plan, next_experiment};
 use crate::fit::calibration::is_calibration;
-use crate::fit::{self, EffectScope, Eliminated, FitProblem, Fitted};
-use crate::residuals::localize::{CurvePoint, localize};
-use context::Context;
+use crate::fit::{self, EffectScope, FitProblem, Fitted, SchurComplement};
+use crate::residuals::localize::{ConditionBin, localize};
+use context::DiscoveryContext;
 use curve::FittedCurve;
-use laws::{Library, Tried, lowering, outside};
+use laws::{FreeFormLaw, Library, curves_that_lower_cost, free_form_laws};
 use rayon::prelude::*;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::effects::table::Places;
@@ -71,7 +74,7 @@ pub struct LikeEffect {
     /// Score on held-out blocks with them.
     pub held_out: f64,
     /// What they make of the law's curve, over the same variable.
-    pub curve: Vec<CurvePoint>,
+    pub curve: Vec<ConditionBin>,
 }
 
 /// A law that the logs do not tell from the one that was found.
@@ -98,7 +101,7 @@ pub struct FreeCurve {
     /// The band but for that level; the band itself where there is none.
     pub shape: Vec<[f64; 2]>,
     /// What the measurements ask for, whatever the form.
-    pub points: Vec<CurvePoint>,
+    pub points: Vec<ConditionBin>,
     /// The formula in its place, over the same range; none where the curve itself is the law.
     pub formula: Vec<[f64; 2]>,
     /// The surface, whose curve in the middle of the second variable all of this is; `None` of a curve.
@@ -140,57 +143,58 @@ const LIKE: f64 = 0.1;
 /// unknown, the improved model of the diagnosis has the law, and its calibrations and what it leaves
 /// are those of that model. `logs`: those that the diagnosis was made from.
 pub fn discover(
-    bench: &FitProblem,
+    problem: &FitProblem,
     logs: &[Log],
     diagnosis: &mut Diagnosis,
-    progress: Progress<'_>,
+    progress: ProgressCallback<'_>,
 ) -> Vec<Discovery> {
     // A calibration that is all there is to say leaves nothing to find.
-    if diagnosis.verdict == Verdict::EffectFound && diagnosis.chosen.is_empty() {
+    if diagnosis.verdict == DiagnosisVerdict::EffectFound && diagnosis.chosen.is_empty() {
         return Vec::new();
     }
-    if bench.is_late() {
-        diagnosis.undone.push(Undone::Outside);
+    if problem.is_late() {
+        diagnosis.incomplete.push(Incomplete::Outside);
         return Vec::new();
     }
-    let blocks = fit::blocks_of(bench);
+    let blocks = fit::blocks_of(problem);
     let null = diagnosis.null.clone();
-    let Some(eliminated) = Eliminated::of(&null.linear) else { return Vec::new() };
+    let Some(eliminated) = SchurComplement::of(&null.linear) else { return Vec::new() };
     let eliminated = &eliminated;
-    let id = free_name(&bench.known, &[]);
-    let context = Context { bench, logs, blocks: &blocks, null: &null, eliminated, id: &id };
-    let laws = outside(&context, &Library::of(bench, diagnosis), progress);
+    let id = free_name(&problem.known, &[]);
+    let context =
+        DiscoveryContext { problem, logs, blocks: &blocks, null: &null, eliminated, id: &id };
+    let laws = free_form_laws(&context, &Library::of(problem, diagnosis), progress);
     let Some(best) = laws.first() else { return Vec::new() };
-    let trust = rules::trust(best.fitted());
+    let inflation = rules::variance_inflation(best.fitted());
     progress("looking for its formula", 0.8);
     let Some((mut discovery, fitted)) = described(&context, &laws) else {
         return Vec::new();
     };
     let effect = std::slice::from_ref(&discovery.effect);
-    if !diagnose::may_be_named(bench, &blocks, (&null, &fitted), effect) {
+    if !diagnose::may_be_named(problem, &blocks, (&null, &fitted), effect) {
         return Vec::new();
     }
     discovery.held_out_before = diagnosis.score_before;
-    let (improved, _) = diagnose::sparse(bench, &blocks, &fitted);
+    let (improved, _) = diagnose::select_calibrations(problem, &blocks, &fitted);
     let is_of_calibration = |of| is_calibration(improved.point.effect(of).kind);
-    diagnosis.calibration = diagnose::found_beside(bench, &improved, &fitted, is_of_calibration);
-    diagnosis.unexplained = match rules::at_floor(bench, &improved.at) {
+    diagnosis.calibration = diagnose::found_beside(problem, &improved, &fitted, is_of_calibration);
+    diagnosis.unexplained = match rules::within_noise(problem, &improved.residuals) {
         true => Vec::new(),
-        false => localize(&bench.experiments, &improved.at, logs),
+        false => localize(&problem.logs, &improved.residuals, logs),
     };
     diagnosis.improved = improved;
     diagnosis.full = fitted.clone();
     let near = |like: &&diagnose::Candidate| match diagnosis.verdict {
-        Verdict::EffectFound => true,
-        Verdict::Adequate => false,
+        DiagnosisVerdict::EffectFound => true,
+        DiagnosisVerdict::Adequate => false,
         _ => like.left < LIKE,
     };
     let nearest = diagnosis.candidates.first().filter(near);
     discovery.like = nearest.and_then(|like| nearest_effect(&context, &best.curve, like));
-    diagnosis.verdict = Verdict::UnknownEffect;
+    diagnosis.verdict = DiagnosisVerdict::UnknownEffect;
     // What is found outside the library stands beside what was tried within.
     for candidate in &mut diagnosis.candidates {
-        let worse = (candidate.fitted.cost - fitted.cost).max(0.0) / trust;
+        let worse = (candidate.fitted.cost - fitted.cost).max(0.0) / inflation;
         candidate.probability *= (-0.5 * worse).exp();
     }
     vec![discovery]
@@ -200,16 +204,16 @@ pub fn discover(
 /// which keeps its values; of those that the blocks do not tell from it the first with which `takes` takes
 /// the fit. `None` where none lowers them by more than chance.
 pub(crate) fn beside(
-    bench: &FitProblem,
+    problem: &FitProblem,
     blocks: &[Vec<u8>],
     logs: &[Log],
     base: &Fitted,
     mut takes: impl FnMut(&Fitted) -> bool,
 ) -> Option<Discovery> {
-    let id = free_name(&bench.known, &base.point.all);
-    let eliminated = &Eliminated::of(&base.linear)?;
-    let context = Context { bench, logs, blocks, null: base, eliminated, id: &id };
-    let mut laws = lowering(&context);
+    let id = free_name(&problem.known, &base.point.shared);
+    let eliminated = &SchurComplement::of(&base.linear)?;
+    let context = DiscoveryContext { problem, logs, blocks, null: base, eliminated, id: &id };
+    let mut laws = curves_that_lower_cost(&context);
     for k in 0..laws.len() {
         laws[..=k].rotate_right(1);
         let Some((law, fitted)) = described(&context, &laws) else { continue };
@@ -223,13 +227,13 @@ pub(crate) fn beside(
 
 /// The first of some laws, with its formula where one describes its curve, tied with the others; and
 /// the fit with it.
-fn described(context: &Context<'_>, laws: &[Tried]) -> Option<(Discovery, Fitted)> {
-    let Context { bench, null, .. } = *context;
-    let (Tried { curve: best, formula, .. }, others) = laws.split_first()?;
+fn described(context: &DiscoveryContext<'_>, laws: &[FreeFormLaw]) -> Option<(Discovery, Fitted)> {
+    let DiscoveryContext { problem, null, .. } = *context;
+    let (FreeFormLaw { curve: best, formula, .. }, others) = laws.split_first()?;
     let law = grammar::law(context, best, formula.as_ref());
     let of_width = law.as_ref().and_then(|law| best.turning_over(context, law.turns_over()?));
     let best = of_width.as_ref().unwrap_or(best);
-    let elsewhere = |Tried { curve, .. }: &Tried| TiedLaw {
+    let elsewhere = |FreeFormLaw { curve, .. }: &FreeFormLaw| TiedLaw {
         hypothesis: curve.candidate.hypothesis,
         effect: law.as_ref().and_then(|law| law.elsewhere(context, curve)?.effect().cloned()),
     };
@@ -239,8 +243,8 @@ fn described(context: &Context<'_>, laws: &[Tried]) -> Option<(Discovery, Fitted
         None => (best.fitted.clone(), None),
     };
     let of_last = |fitted: &Fitted| {
-        let own = EffectScope::All(fitted.point.all.len() - 1);
-        diagnose::found(bench, fitted, |of| of == own).into_iter().next()
+        let own = EffectScope::Shared(fitted.point.shared.len() - 1);
+        diagnose::found(problem, fitted, |of| of == own).into_iter().next()
     };
     let (band, effect) = (of_last(&best.fitted)?, of_last(&fitted)?);
     let formula = expression.as_ref().map_or(Vec::new(), |_| best.drawn(&effect.effect));
@@ -269,7 +273,8 @@ fn described(context: &Context<'_>, laws: &[Tried]) -> Option<(Discovery, Fitted
         expression,
         held_out_before: rules::held_out_score(null),
         held_out_after: rules::held_out_score(&fitted),
-        left: rules::above(bench, &fitted.at) / rules::above(bench, &null.at).max(1.0),
+        left: rules::excess_chi_square(problem, &fitted.residuals)
+            / rules::excess_chi_square(problem, &null.residuals).max(1.0),
         beside: false,
         tied,
         like: None,
@@ -280,17 +285,17 @@ fn described(context: &Context<'_>, laws: &[Tried]) -> Option<(Discovery, Fitted
 /// An explanation within the library, and what it makes of the curve: by how much it changes the
 /// residuals at the port. `None` where the model without it cannot be driven through the logs.
 fn nearest_effect(
-    context: &Context<'_>,
+    context: &DiscoveryContext<'_>,
     curve: &FittedCurve,
     like: &diagnose::Candidate,
 ) -> Option<LikeEffect> {
-    let bench = context.bench;
+    let problem = context.problem;
     let mut without = like.fitted.point.clone();
     without.reset(|effect| !is_calibration(effect.kind));
-    let without = fit::residuals(bench, &without).ok()?;
+    let without = fit::residuals(problem, &without).ok()?;
     let changes: Vec<Vec<f64>> = without
         .iter()
-        .zip(&like.fitted.at)
+        .zip(&like.fitted.residuals)
         .map(|(without, with)| {
             without.residual.iter().zip(&with.residual).map(|(a, b)| a - b).collect()
         })
@@ -305,11 +310,11 @@ fn nearest_effect(
 /// What to record to tell a law from those that the logs do not tell from it, or, where there are
 /// none, to see it best. `None` where no experiment shows it.
 pub fn settling_experiment(
-    bench: &FitProblem,
+    problem: &FitProblem,
     logs: &[Log],
     discovery: &Discovery,
 ) -> Option<Plan> {
-    if bench.is_late() {
+    if problem.is_late() {
         return None;
     }
     let robot = &logs.first()?.robot;
@@ -323,14 +328,11 @@ pub fn settling_experiment(
     let tied = discovery.tied.iter().filter_map(|t| Some((&t.hypothesis, t.effect.as_ref()?)));
     let rivals: Vec<(String, Vec<Effect>)> = std::iter::once((&discovery.hypothesis, own))
         .chain(tied)
-        .take(RIVALS)
+        .take(RIVALS_MAX)
         .map(|(hypothesis, effect)| (name(hypothesis, effect), vec![effect.clone()]))
         .collect();
-    next_experiment(bench, logs, &rivals)
+    next_experiment(problem, logs, &rivals)
 }
-
-/// Laws that an experiment is to tell apart, at most.
-const RIVALS: usize = 3;
 
 /// A name that no effect of the model has, nor any that was found.
 fn free_name(known: &[Effect], found: &[Effect]) -> String {

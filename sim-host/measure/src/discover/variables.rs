@@ -10,20 +10,20 @@ use trueweld_plant::effects::formula::NamedPort;
 
 /// Values of an expression over a port's variables, by log and row; NaN where one of them is not
 /// known.
-pub(super) type Series = Vec<Vec<f64>>;
+pub(super) type ExpressionValues = Vec<Vec<f64>>;
 
 /// The logs with what the model says of their links.
 #[derive(Clone, Copy)]
-pub(super) struct Rows<'a> {
-    pub bench: &'a FitProblem,
+pub(super) struct LogRows<'a> {
+    pub problem: &'a FitProblem,
     pub logs: &'a [Log],
     pub at: &'a Residuals,
 }
 
-impl Rows<'_> {
+impl LogRows<'_> {
     /// An expression over the variables of a port at every row; `None` where no log knows it. What it
     /// remembers begins at nothing in each log.
-    pub fn of(&self, port: &NamedPort, at: Location, text: &str) -> Option<Series> {
+    pub fn of(&self, port: &NamedPort, at: Location, text: &str) -> Option<ExpressionValues> {
         let names: Vec<&str> = port.variables.iter().map(|v| v.name).collect();
         let expression = Expression::parse(text, &names, &[]).ok()?;
         let joint = if let Location::Joint(joint) = at { joint } else { 0 };
@@ -56,7 +56,7 @@ impl Rows<'_> {
                 })
                 .collect::<Vec<f64>>()
         };
-        let all: Series = (0..self.logs.len()).map(of_log).collect();
+        let all: ExpressionValues = (0..self.logs.len()).map(of_log).collect();
         all.iter().flatten().any(|v| v.is_finite()).then_some(all)
     }
 
@@ -95,7 +95,7 @@ impl Rows<'_> {
             "link_rate" => rate(&link(joint)),
             "twist" => Some(encoder(joint).iter().zip(link(joint)).map(|(a, b)| a - b).collect()),
             "encoder_before" => joint.checked_sub(1).map(encoder),
-            "smoothing" => Some(vec![self.bench.model.robot.parameters().friction.smoothing; n]),
+            "smoothing" => Some(vec![self.problem.model.robot.parameters().friction.smoothing; n]),
             "spring_torque" => spring(joint),
             "torque" => samples.motor_torque[joint].clone(),
             "fz" => force(2),

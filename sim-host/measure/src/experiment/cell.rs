@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 use trueweld_core::{JOINTS, JointVector, Pose, Robot, Wrench};
 
 /// How far beyond what the logs visited a joint may go, and how far it stays off its limits, rad.
-const BEYOND: f64 = 20.0 * PI / 180.0;
+const JOINT_RANGE_MARGIN: f64 = 20.0 * PI / 180.0;
 const OFF_LIMITS: f64 = 5.0 * PI / 180.0;
 
 /// Shares of the stretched arm's length that joints and tool stay above the floor and off the
@@ -27,7 +27,7 @@ const LEAST_RATIO: f64 = 0.05;
 const TORQUE_SHARE: f64 = 0.8;
 
 /// Postures that a plan chooses from.
-const POSTURES: usize = 8;
+const PLAN_POSTURES: usize = 8;
 
 /// What is hung on the flange where no log says what the laboratory has: mass, kg, and centre, m.
 const USUAL_PAYLOAD: (f64, [f64; 3]) = (100.0, [0.15, 0.0, 0.0]);
@@ -97,9 +97,10 @@ impl<'a> SafeSpace<'a> {
 
     /// True where the arm may stand: in range, above the floor, clear of the base.
     pub fn reaches(&self, q: &JointVector<f64>) -> bool {
-        const ROUNDING: f64 = 1e-9;
-        let within = (0..JOINTS)
-            .all(|i| q[i] >= self.range[i][0] - ROUNDING && q[i] <= self.range[i][1] + ROUNDING);
+        const JOINT_ROUNDING: f64 = 1e-9;
+        let within = (0..JOINTS).all(|i| {
+            q[i] >= self.range[i][0] - JOINT_ROUNDING && q[i] <= self.range[i][1] + JOINT_ROUNDING
+        });
         if !within {
             return false;
         }
@@ -173,8 +174,8 @@ impl<'a> ExperimentCell<'a> {
         for (range, joint) in range.iter_mut().zip(&parameters.joints) {
             let [low, high] = joint.limits;
             let within = [
-                (range[0] - BEYOND).max(low + OFF_LIMITS),
-                (range[1] + BEYOND).min(high - OFF_LIMITS),
+                (range[0] - JOINT_RANGE_MARGIN).max(low + OFF_LIMITS),
+                (range[1] + JOINT_RANGE_MARGIN).min(high - OFF_LIMITS),
             ];
             if within[0].is_nan() || within[1].is_nan() || within[0] > within[1] {
                 // No log shows the joint anywhere that it could go from.
@@ -211,7 +212,7 @@ impl<'a> ExperimentCell<'a> {
             mass,
             centre: centre.map(|x| (x * 1e3).round() / 1e3),
         };
-        cell.postures = cell.space.postures(POSTURES);
+        cell.postures = cell.space.postures(PLAN_POSTURES);
         Some(cell)
     }
 

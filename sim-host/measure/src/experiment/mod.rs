@@ -11,16 +11,19 @@ mod procedure;
 mod separation;
 
 pub use cell::{Channels, SafeSpace};
-pub use procedure::{Changed, DWELL, Excitation, FALLS, PEAK, PlanRow, Procedure, RINGS};
+pub use procedure::{
+    Changed, Excitation, PEAK, PROCEDURE_DWELL, PlanRow, Procedure, STOP_BRAKE_ONSET,
+    STOP_RECORDING_TIME,
+};
 
 use crate::data::log::{Log, LogKind};
 use crate::fit::FitProblem;
 use crate::fit::calibration::is_calibration;
-use crate::predict::Experiment;
+use crate::predict::PreparedLog;
 use cell::ExperimentCell;
-use procedure::{Family, procedures};
+use procedure::{ProcedureFamily, procedures};
 use rayon::prelude::*;
-use separation::{Context, PlannedTrial, Rival};
+use separation::{PlannedTrial, Rival, SeparationContext};
 use trueweld_core::JOINTS;
 use trueweld_plant::effects::{Action, Effect, Location};
 use trueweld_plant::robot::Port;
@@ -28,8 +31,11 @@ use trueweld_plant::robot::Port;
 /// Separation from which on rivals count as told apart, standard deviations.
 pub const TOLD_APART: f64 = 3.0;
 
+/// Explanations or laws that an experiment is to tell apart, at most.
+pub(crate) const RIVALS_MAX: usize = 3;
+
 /// Separation beyond which more of it is worth little: an experiment half as long is worth more.
-const PLENTY: f64 = 10.0;
+const PLENTIFUL_SEPARATION: f64 = 10.0;
 
 /// Difference before any refit below which an experiment is not looked at any closer, standard
 /// deviations.
@@ -74,30 +80,32 @@ struct Tried<'p> {
 impl Tried<'_> {
     /// What so much separation is worth for the effort; telling apart comes before all else.
     fn worth(&self, separation: f64) -> f64 {
-        let told = if separation >= TOLD_APART { PLENTY } else { 0.0 };
-        told + separation / (1.0 + separation / PLENTY) / self.procedure.minutes().sqrt()
+        let told = if separation >= TOLD_APART { PLENTIFUL_SEPARATION } else { 0.0 };
+        told + separation
+            / (1.0 + separation / PLENTIFUL_SEPARATION)
+            / self.procedure.minutes().sqrt()
     }
 }
 
 /// The experiment that tells the first two of `rivals` apart best for its effort: names and fitted
 /// effects of the leading explanations, best first; of a single one, it and nothing at all. `logs`:
-/// those that `bench` was made of, in its order.
+/// those that `problem` was made of, in its order.
 ///
 /// `None` where no procedure is feasible, or no prediction of any differs.
 pub fn next_experiment(
-    bench: &FitProblem,
+    problem: &FitProblem,
     logs: &[Log],
     rivals: &[(String, Vec<Effect>)],
 ) -> Option<Plan> {
     let nothing = (String::new(), Vec::new());
     let (first, second) = (rivals.first()?, rivals.get(1).unwrap_or(&nothing));
-    let cell = ExperimentCell::of(&bench.model.robot, logs)?;
+    let cell = ExperimentCell::of(&problem.model.robot, logs)?;
     let claimed: Vec<(&'static str, Location)> = rivals
         .iter()
         .filter(|(_, effects)| effects.iter().all(|e| is_calibration(e.kind)))
         .flat_map(|(_, effects)| effects.iter().map(|e| (e.kind.id, e.at)))
         .collect();
-    let process = bench.model.process.as_ref();
+    let process = problem.model.process.as_ref();
     let effects: Vec<Effect> = first.1.iter().chain(&second.1).cloned().collect();
 
     let all = procedures(&cell, &joints(&effects), &welds(logs));
@@ -106,8 +114,8 @@ pub fn next_experiment(
         .filter(|procedure| effects.iter().any(|e| may_show(procedure.kind(), e)))
         .filter_map(|procedure| {
             let (log, rows) = procedure.log(&cell, logs, process)?;
-            let experiment = Experiment::new(&log, &cell.noise(log.kind), &bench.model).ok()?;
-            let trial = PlannedTrial::new(bench, experiment);
+            let experiment = PreparedLog::new(&log, &cell.noise(log.kind), &problem.model).ok()?;
+            let trial = PlannedTrial::new(problem, experiment);
             let apart = trial.apart(&first.1, &second.1)?;
             (apart > LEAST_APART).then_some(Tried { procedure, log, rows, trial, apart })
         })
@@ -115,12 +123,12 @@ pub fn next_experiment(
     if tried.is_empty() {
         return None;
     }
-    let ground = Context::of(bench, claimed)?;
-    let (a, b) = (ground.rival(&first.1)?, ground.rival(&second.1)?);
+    let ctx = SeparationContext::of(problem, claimed)?;
+    let (a, b) = (ctx.rival(&first.1)?, ctx.rival(&second.1)?);
     // A refit only makes the difference less, so that those that promise most come first, and the
     // rest cannot win.
     tried.sort_by(|x, y| y.worth(y.apart).total_cmp(&x.worth(x.apart)));
-    let mut looked_at: Vec<Family> = Vec::new();
+    let mut looked_at: Vec<ProcedureFamily> = Vec::new();
     let mut best: Option<(f64, &Tried<'_>)> = None;
     for t in &tried {
         if best.is_some_and(|(separation, best)| best.worth(separation) >= t.worth(t.apart)) {
@@ -131,7 +139,7 @@ pub fn next_experiment(
             continue;
         }
         looked_at.push(family);
-        let Some(separation) = t.trial.separations(&ground, &a, &[&b]).map(|s| s[0]) else {
+        let Some(separation) = t.trial.separations(&ctx, &a, &[&b]).map(|s| s[0]) else {
             continue;
         };
         if best.is_none_or(|(most, best)| t.worth(separation) > best.worth(most)) {
@@ -140,9 +148,9 @@ pub fn next_experiment(
     }
     let (separation, best) = best?;
     let more: Vec<_> =
-        rivals.iter().skip(2).filter_map(|(name, e)| Some((name, ground.rival(e)?))).collect();
+        rivals.iter().skip(2).filter_map(|(name, e)| Some((name, ctx.rival(e)?))).collect();
     let others: Vec<&Rival> = more.iter().map(|(_, rival)| rival).collect();
-    let others = best.trial.separations(&ground, &a, &others).unwrap_or_default();
+    let others = best.trial.separations(&ctx, &a, &others).unwrap_or_default();
     Some(Plan {
         procedure: best.procedure.clone(),
         channels: cell.channels(best.procedure.kind()),

@@ -5,7 +5,7 @@
 //! by what their predictions do, whatever was measured.
 
 use super::cell::ExperimentCell;
-use crate::data::log::{Log, LogKind, NoiseLevels, Origin, Payload, Samples};
+use crate::data::log::{Log, LogKind, LogOrigin, NoiseLevels, Payload, Samples};
 use nalgebra::Vector3;
 use trueweld_core::spatial::rotation_vector;
 use trueweld_core::{JOINTS, JointVector, Pose, Wrench};
@@ -22,7 +22,7 @@ const TO_AND_FRO: [f64; 12] = [0.0, 0.1, 0.3, 1.0, 0.3, 0.1, 0.0, -0.1, -0.3, -1
 const UP_AND_DOWN: [f64; 7] = [0.0, 0.33, 0.67, 1.0, 0.67, 0.33, 0.0];
 
 /// Postures of a scan.
-const SCANNED: usize = 12;
+const SCAN_POSTURES: usize = 12;
 
 /// When a resting arm is read, minutes.
 const RESTED: [f64; 12] = [0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 16.0, 20.0, 25.0, 30.0];
@@ -31,17 +31,17 @@ const RESTED: [f64; 12] = [0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 16.0, 20.0, 
 const LOAD_TAKES: f64 = 20.0;
 
 /// When the brake falls in the log of a stop, s.
-pub const FALLS: f64 = 0.1;
+pub const STOP_BRAKE_ONSET: f64 = 0.1;
 /// How long a stop is recorded, s.
-pub const RINGS: f64 = 1.0;
+pub const STOP_RECORDING_TIME: f64 = 1.0;
 /// How long the brake takes, s, and the share of the joint's largest rate that it stops.
-const BRAKES: f64 = 0.003;
+const STOP_BRAKE_DURATION: f64 = 0.003;
 const STOP_SHARE: f64 = 0.1;
 
 /// Share of a joint's largest rate that a motion reaches.
 const MOVE_SHARE: f64 = 0.5;
 /// The rest before, between and after moves, s.
-pub const DWELL: f64 = 0.4;
+pub const PROCEDURE_DWELL: f64 = 0.4;
 
 /// Peak rate of a move of least jerk over its mean.
 pub const PEAK: f64 = 15.0 / 8.0;
@@ -150,7 +150,7 @@ pub enum Procedure {
 
 /// Procedures that are much alike.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Family {
+pub(super) enum ProcedureFamily {
     Loads,
     Poses,
     Stops,
@@ -160,7 +160,7 @@ pub(super) enum Family {
     Welds,
 }
 
-impl Family {
+impl ProcedureFamily {
     /// How many of them are looked at closely: those at rest cost next to nothing.
     pub fn most(self) -> usize {
         match self {
@@ -239,14 +239,14 @@ impl Procedure {
         }
     }
 
-    pub(super) fn family(&self) -> Family {
+    pub(super) fn family(&self) -> ProcedureFamily {
         match self {
-            Self::Load { .. } => Family::Loads,
-            Self::Scan { .. } | Self::Rest { .. } => Family::Poses,
-            Self::Stop { .. } => Family::Stops,
-            Self::Move { takes, .. } if takes.len() > 1 => Family::Speeds,
-            Self::Move { .. } => Family::LongWay,
-            Self::Seam { .. } => Family::Welds,
+            Self::Load { .. } => ProcedureFamily::Loads,
+            Self::Scan { .. } | Self::Rest { .. } => ProcedureFamily::Poses,
+            Self::Stop { .. } => ProcedureFamily::Stops,
+            Self::Move { takes, .. } if takes.len() > 1 => ProcedureFamily::Speeds,
+            Self::Move { .. } => ProcedureFamily::LongWay,
+            Self::Seam { .. } => ProcedureFamily::Welds,
         }
     }
 
@@ -289,7 +289,7 @@ impl Procedure {
                 let [low, high] = cell.space.range[*joint];
                 let row = |k: usize| {
                     let mut q = *at;
-                    q[*joint] = low + (high - low) * k as f64 / (SCANNED - 1) as f64;
+                    q[*joint] = low + (high - low) * k as f64 / (SCAN_POSTURES - 1) as f64;
                     PlanRow {
                         time: LOAD_TAKES * k as f64,
                         encoder: q.into(),
@@ -297,7 +297,7 @@ impl Procedure {
                         ..PlanRow::default()
                     }
                 };
-                at_rest(cell, (0..SCANNED).map(row).collect())
+                at_rest(cell, (0..SCAN_POSTURES).map(row).collect())
             }
             Self::Rest { at } => {
                 let row = |minutes: &f64| PlanRow {
@@ -309,24 +309,27 @@ impl Procedure {
             }
             Self::Stop { at, joint, rate } => {
                 let angle = |time: f64| {
-                    let braked = (time - FALLS).clamp(0.0, BRAKES);
+                    let braked = (time - STOP_BRAKE_ONSET).clamp(0.0, STOP_BRAKE_DURATION);
                     let mut q = *at;
-                    q[*joint] += rate * (time.min(FALLS) + braked - 0.5 * braked * braked / BRAKES);
+                    q[*joint] += rate
+                        * (time.min(STOP_BRAKE_ONSET) + braked
+                            - 0.5 * braked * braked / STOP_BRAKE_DURATION);
                     q
                 };
-                let log = in_motion(cell, LogKind::RingDown, RING_PERIOD, RINGS, angle)?;
+                let log =
+                    in_motion(cell, LogKind::RingDown, RING_PERIOD, STOP_RECORDING_TIME, angle)?;
                 let row =
                     |time: f64| PlanRow { time, encoder: angle(time).into(), ..PlanRow::default() };
-                Some((log, vec![row(0.0), row(FALLS)]))
+                Some((log, vec![row(0.0), row(STOP_BRAKE_ONSET)]))
             }
             Self::Move { at, joint, span, takes } => {
                 let to = self.far_end(cell, at, *joint, *span)?;
-                let mut corners = vec![(0.0, at[*joint]), (DWELL, at[*joint])];
+                let mut corners = vec![(0.0, at[*joint]), (PROCEDURE_DWELL, at[*joint])];
                 for takes in takes {
                     for end in [to, at[*joint]] {
                         let begun = corners[corners.len() - 1].0;
                         corners.push((begun + takes, end));
-                        corners.push((begun + takes + DWELL, end));
+                        corners.push((begun + takes + PROCEDURE_DWELL, end));
                     }
                 }
                 let lasts = corners[corners.len() - 1].0;
@@ -547,7 +550,7 @@ fn log_of(cell: &ExperimentCell<'_>, kind: LogKind, period: Option<f64>, samples
         samples,
         notices: Vec::new(),
         source: Source::new("planned", ""),
-        origin: Origin::default(),
-        doubt: None,
+        origin: LogOrigin::default(),
+        implausible: None,
     }
 }

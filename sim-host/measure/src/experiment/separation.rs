@@ -13,51 +13,49 @@ use crate::fit::calibration::{calibrations, expected};
 use crate::fit::{
     self, EffectScope, Factor, FitProblem, FitState, FreeParameter, Linear, Residuals, Slopes,
 };
-use crate::predict::{Experiment, Prediction};
+use crate::predict::{Prediction, PreparedLog};
 use nalgebra::{DMatrix, DVector};
 use trueweld_plant::effects::{Effect, Location};
-
-/// Share of a fit's unit over which slopes are taken.
-const STEP: f64 = 0.1;
 
 /// The calibrations, and what the logs so far say of them; slopes are those of the model without
 /// any explanation.
 #[derive(Debug)]
-pub(super) struct Context<'a> {
-    bench: &'a FitProblem,
+pub(super) struct SeparationContext<'a> {
+    problem: &'a FitProblem,
     /// Calibrations that an explanation consists of, and which no other may use.
     claimed: Vec<(&'static str, Location)>,
     point: FitState,
     slopes: Vec<Slopes>,
 }
 
-impl<'a> Context<'a> {
+impl<'a> SeparationContext<'a> {
     /// `None` where the model cannot be driven through the logs.
-    pub fn of(bench: &'a FitProblem, claimed: Vec<(&'static str, Location)>) -> Option<Self> {
-        let point = unclaimed(calibrations(bench), &claimed);
-        let at = fit::residuals(bench, &point).ok()?;
-        let slopes = fit::slopes(bench, &point, &point.free, &at, STEP);
-        Some(Self { bench, claimed, point, slopes })
+    pub fn of(problem: &'a FitProblem, claimed: Vec<(&'static str, Location)>) -> Option<Self> {
+        let point = unclaimed(calibrations(problem), &claimed);
+        let at = fit::residuals(problem, &point).ok()?;
+        let slopes = fit::slopes(problem, &point, &point.free, &at, fit::SLOPE_STEP);
+        Some(Self { problem, claimed, point, slopes })
     }
 
     /// What the logs so far say of a rival. `None` where it cannot be driven through them.
     pub fn rival(&self, effects: &[Effect]) -> Option<Rival> {
-        let bench = self.bench;
+        let problem = self.problem;
         let mut point = self.point.clone();
         for effect in effects {
             point.add_expected(effect.clone(), &expected(effect.kind));
         }
-        let at = fit::residuals(bench, &point).ok()?;
-        let own = fit::slopes(bench, &point, &point.free[self.slopes.len()..], &at, STEP);
+        let at = fit::residuals(problem, &point).ok()?;
+        let own =
+            fit::slopes(problem, &point, &point.free[self.slopes.len()..], &at, fit::SLOPE_STEP);
         let slopes: Vec<&Slopes> = self.slopes.iter().chain(&own).collect();
-        let linear = unexpected(bench, &at, &slopes, weights(&point));
+        let linear = unexpected(problem, &at, &slopes, weights(&point));
         let cost = linear.cost(&linear.solve(None, 0.0, None)?.step);
         // Where the model misses more than noise, the logs say less of its values than their noise
         // would have it.
-        let trust = (cost / fit::count(&at).max(1) as f64).max(1.0);
-        let known = linear.information(None, trust);
+        let inflation = (cost / fit::count(&at).max(1) as f64).max(1.0);
+        let known = linear.information(None, inflation);
         // What each log has of its own is eliminated.
-        let is_shared = |k: &usize| matches!(point.free[*k].of, EffectScope::All(_));
+        let is_shared = |k: &usize| matches!(point.free[*k].of, EffectScope::Shared(_));
         let (shared, own): (Vec<usize>, Vec<usize>) = (0..slopes.len()).partition(is_shared);
         let part =
             |rows: &[usize], columns: &[usize]| known.select_rows(rows).select_columns(columns);
@@ -67,7 +65,7 @@ impl<'a> Context<'a> {
             left -= cross.tr_mul(&Factor::new(&part(&own, &own), 0.0)?.solve(&cross));
         }
         let free = shared.iter().map(|k| point.free[*k]).collect();
-        Some(Rival { all: point.all, effects: effects.len(), free, known: left, cost })
+        Some(Rival { all: point.shared, effects: effects.len(), free, known: left, cost })
     }
 }
 
@@ -91,17 +89,20 @@ impl Rival {
     /// The rival on a new log, whose own calibrations are free as well: after its own, in their
     /// order.
     fn on(&self, fresh: &FitState) -> FitState {
-        let mut point =
-            FitState { all: self.all.clone(), each: fresh.each.clone(), free: self.free.clone() };
+        let mut point = FitState {
+            shared: self.all.clone(),
+            per_log: fresh.per_log.clone(),
+            free: self.free.clone(),
+        };
         for free in &fresh.free {
             match free.of {
                 EffectScope::Log(..) => point.free.push(*free),
-                EffectScope::All(i) => {
-                    let effect = &fresh.all[i];
+                EffectScope::Shared(i) => {
+                    let effect = &fresh.shared[i];
                     let calibrations = &self.all[..self.all.len() - self.effects];
                     if !calibrations.iter().any(|e| same(e, effect)) {
-                        let of = EffectScope::All(point.all.len());
-                        point.all.push(effect.clone());
+                        let of = EffectScope::Shared(point.shared.len());
+                        point.shared.push(effect.clone());
                         point.free.push(FreeParameter { of, ..*free });
                     }
                 }
@@ -112,7 +113,7 @@ impl Rival {
 
     /// True for a value of one of the effects.
     fn is_own(&self, free: &FreeParameter) -> bool {
-        matches!(free.of, EffectScope::All(i) if (self.all.len() - self.effects..self.all.len()).contains(&i))
+        matches!(free.of, EffectScope::Shared(i) if (self.all.len() - self.effects..self.all.len()).contains(&i))
     }
 }
 
@@ -132,24 +133,24 @@ fn unclaimed(mut point: FitState, claimed: &[(&'static str, Location)]) -> FitSt
 /// A new experiment, ready to be predicted.
 #[derive(Debug)]
 pub(super) struct PlannedTrial {
-    bench: FitProblem,
+    problem: FitProblem,
 }
 
 impl PlannedTrial {
-    pub fn new(bench: &FitProblem, experiment: Experiment) -> Self {
-        Self { bench: FitProblem { per_log: Vec::new(), ..bench.on(vec![experiment]) } }
+    pub fn new(problem: &FitProblem, experiment: PreparedLog) -> Self {
+        Self { problem: FitProblem { per_log: Vec::new(), ..problem.on(vec![experiment]) } }
     }
 
     fn at(&self, point: &FitState) -> Option<Residuals> {
-        fit::residuals(&self.bench, point).ok()
+        fit::residuals(&self.problem, point).ok()
     }
 
     /// Difference of two rivals' predictions, in standard deviations of all compared values
     /// together: what refitting can only make less.
     pub fn apart(&self, a: &[Effect], b: &[Effect]) -> Option<f64> {
         let point = |effects: &[Effect]| FitState {
-            all: effects.to_vec(),
-            each: vec![Vec::new()],
+            shared: effects.to_vec(),
+            per_log: vec![Vec::new()],
             free: Vec::new(),
         };
         let (a, b) = (self.at(&point(a))?, self.at(&point(b))?);
@@ -162,21 +163,21 @@ impl PlannedTrial {
     /// refitted: the smaller of both.
     pub fn separations(
         &self,
-        ground: &Context<'_>,
+        ctx: &SeparationContext<'_>,
         first: &Rival,
         others: &[&Rival],
     ) -> Option<Vec<f64>> {
-        let fresh = unclaimed(calibrations(&self.bench), &ground.claimed);
+        let fresh = unclaimed(calibrations(&self.problem), &ctx.claimed);
         let at = self.at(&fresh)?;
-        let calibrated = fit::slopes(&self.bench, &fresh, &fresh.free, &at, STEP);
+        let calibrated = fit::slopes(&self.problem, &fresh, &fresh.free, &at, fit::SLOPE_STEP);
         let a = self.predicted(&fresh, &calibrated, first)?;
         others
             .iter()
             .map(|other| {
                 let b = self.predicted(&fresh, &calibrated, other)?;
                 let apart: Vec<f64> = b.at.iter().zip(&a.at).map(|(b, a)| b - a).collect();
-                let left_of_b = b.left(&self.bench, other, &apart)?;
-                let least = left_of_b.min(a.left(&self.bench, first, &apart)?);
+                let left_of_b = b.left(&self.problem, other, &apart)?;
+                let least = left_of_b.min(a.left(&self.problem, first, &apart)?);
                 least.is_finite().then(|| least.max(0.0).sqrt())
             })
             .collect()
@@ -188,12 +189,12 @@ impl PlannedTrial {
         fresh: &FitState,
         calibrated: &[Slopes],
         rival: &Rival,
-    ) -> Option<Predicted> {
+    ) -> Option<RivalPrediction> {
         let point = rival.on(fresh);
         let at = self.at(&point)?;
         let own: Vec<FreeParameter> =
             point.free.iter().copied().filter(|f| rival.is_own(f)).collect();
-        let mut own = fit::slopes(&self.bench, &point, &own, &at, STEP).into_iter();
+        let mut own = fit::slopes(&self.problem, &point, &own, &at, fit::SLOPE_STEP).into_iter();
         let slopes = point
             .free
             .iter()
@@ -204,8 +205,8 @@ impl PlannedTrial {
                 let wanted = |f: &&FreeParameter| {
                     f.parameter == free.parameter
                         && match (f.of, free.of) {
-                            (EffectScope::All(i), EffectScope::All(j)) => {
-                                same(&fresh.all[i], &point.all[j])
+                            (EffectScope::Shared(i), EffectScope::Shared(j)) => {
+                                same(&fresh.shared[i], &point.shared[j])
                             }
                             (one, other) => one == other,
                         }
@@ -216,20 +217,20 @@ impl PlannedTrial {
             })
             .collect::<Option<Vec<Slopes>>>()?;
         let at = at.into_iter().next()?.residual;
-        Some(Predicted { point, at, slopes })
+        Some(RivalPrediction { point, at, slopes })
     }
 }
 
 /// A rival's prediction of a new log.
-struct Predicted {
+struct RivalPrediction {
     point: FitState,
     at: Vec<f64>,
     slopes: Vec<Slopes>,
 }
 
-impl Predicted {
+impl RivalPrediction {
     /// Least sum of squares and priors that a refit leaves of a difference.
-    fn left(&self, bench: &FitProblem, rival: &Rival, difference: &[f64]) -> Option<f64> {
+    fn left(&self, problem: &FitProblem, rival: &Rival, difference: &[f64]) -> Option<f64> {
         let before = rival.free.len();
         let mut weights = weights(&self.point);
         weights.rows_mut(0, before).fill(0.0);
@@ -237,11 +238,11 @@ impl Predicted {
             residual: difference.to_vec(),
             motion: None,
             late: None,
-            anywhere: 0.0,
+            free_play_term: 0.0,
         }];
-        let mut linear = unexpected(bench, &at, &self.slopes.iter().collect::<Vec<_>>(), weights);
+        let mut linear = unexpected(problem, &at, &self.slopes.iter().collect::<Vec<_>>(), weights);
         // What the logs so far say counts as one more block.
-        let mut shared = linear.square[0].view_mut((0, 0), (before, before));
+        let mut shared = linear.jtj[0].view_mut((0, 0), (before, before));
         shared += &rival.known;
         Some(linear.cost(&linear.solve(None, 0.0, None)?.step))
     }
@@ -249,14 +250,14 @@ impl Predicted {
 
 /// The linear model of values that are expected where they stand.
 fn unexpected(
-    bench: &FitProblem,
+    problem: &FitProblem,
     at: &Residuals,
     slopes: &[&Slopes],
     weights: DVector<f64>,
 ) -> Linear {
     let away = DVector::zeros(slopes.len());
     let prior = DMatrix::from_diagonal(&weights);
-    Linear::new(&fit::blocks_of(bench), at, slopes, prior, away)
+    Linear::new(&fit::blocks_of(problem), at, slopes, prior, away)
 }
 
 /// Weight of each free value's prior, in the fit's units.

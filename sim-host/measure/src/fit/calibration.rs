@@ -7,21 +7,21 @@ pub use super::effects::{expected, is_calibration};
 
 use super::{EffectScope, FitProblem, FitState, FreeParameter, PerLogEffect};
 use crate::data::log::LogKind;
-use crate::predict::Experiment;
+use crate::predict::PreparedLog;
 use trueweld_core::spatial::rotation_vector;
 use trueweld_plant::effects::{
     Action, Calibration, CalibrationScope, Effect, EffectKind, Location, library,
 };
 
-/// Effects with values of their own in every log of a bench that shows them, all free.
-pub fn per_log(bench: &FitProblem, effects: &[PerLogEffect]) -> FitState {
-    let mut point = FitState::empty(bench.experiments.len());
+/// Effects with values of their own in every log of a problem that shows them, all free.
+pub fn per_log(problem: &FitProblem, effects: &[PerLogEffect]) -> FitState {
+    let mut point = FitState::empty(problem.logs.len());
     for effect in effects {
         let start = effect.start();
         let channels = start.kind.calibration.and_then(|c| c.renewed(start.at));
         let joint = if let Location::Joint(joint) = start.at { Some(joint) } else { None };
-        let expected = beside_zeros(bench, &start, &effect.expected);
-        for (log, experiment) in bench.experiments.iter().enumerate() {
+        let expected = beside_zeros(problem, &start, &effect.expected);
+        for (log, experiment) in problem.logs.iter().enumerate() {
             let measured =
                 channels.is_none_or(|all| all.iter().any(|c| experiment.measures(*c, joint)));
             if measured && experiment.concerns(&start) {
@@ -35,11 +35,11 @@ pub fn per_log(bench: &FitProblem, effects: &[PerLogEffect]) -> FitState {
 /// The calibrations that these logs can show anything of, all at nothing, after what is fitted
 /// in each log anyway. Those of each log come first, then how links are mounted: residuals
 /// are in proportion to them, and their slopes are taken once.
-pub fn calibrations(bench: &FitProblem) -> FitState {
-    let mut point = per_log(bench, &bench.per_log);
+pub fn calibrations(problem: &FitProblem) -> FitState {
+    let mut point = per_log(problem, &problem.per_log);
     let moving =
-        bench.experiments.iter().any(|e| matches!(e.kind, LogKind::RingDown | LogKind::FreeMotion));
-    let postures = bench.experiments.iter().any(Experiment::sees_postures);
+        problem.logs.iter().any(|e| matches!(e.kind, LogKind::RingDown | LogKind::FreeMotion));
+    let postures = problem.logs.iter().any(PreparedLog::sees_postures);
     let mut all: Vec<(&'static EffectKind, Calibration)> =
         library().filter_map(|kind| Some((kind, kind.calibration?))).collect();
     all.sort_by_key(|(_, calibration)| match calibration.scope {
@@ -50,12 +50,12 @@ pub fn calibrations(bench: &FitProblem) -> FitState {
     for (kind, Calibration { expected, scope }) in all {
         for at in kind.places() {
             let effect = kind.neutral(at);
-            if bench.per_log.iter().any(|own| own.is(&effect)) {
+            if problem.per_log.iter().any(|own| own.is(&effect)) {
                 continue;
             }
             match scope {
                 CalibrationScope::EachLog(channels) => {
-                    for (log, experiment) in bench.experiments.iter().enumerate() {
+                    for (log, experiment) in problem.logs.iter().enumerate() {
                         let measured = channels.iter().any(|c| experiment.measures(*c, None));
                         if measured && experiment.concerns(&effect) {
                             point.add_to_log(log, effect.clone(), expected);
@@ -63,7 +63,7 @@ pub fn calibrations(bench: &FitProblem) -> FitState {
                     }
                 }
                 CalibrationScope::Postures if postures => {
-                    let expected = beside_zeros(bench, &effect, expected);
+                    let expected = beside_zeros(problem, &effect, expected);
                     point.add_expected(effect, &expected);
                 }
                 CalibrationScope::AllLogs { motion } if moving || !motion => {
@@ -79,11 +79,11 @@ pub fn calibrations(bench: &FitProblem) -> FitState {
 /// Expected sizes of how a link is mounted off, 0 for a value that only turns or slides it along
 /// its joint's axis: such a turn is the encoder's zero, which is a calibration of its own, and such
 /// a slide is the link's before, or the whole arm's.
-fn beside_zeros(bench: &FitProblem, effect: &Effect, expected: &[f64]) -> Vec<f64> {
+fn beside_zeros(problem: &FitProblem, effect: &Effect, expected: &[f64]) -> Vec<f64> {
     let (Action::Mounting(motion), Location::Joint(joint)) = (effect.kind.action, effect.at) else {
         return expected.to_vec();
     };
-    let axis = bench.model.robot.parameters().joints[joint].axis;
+    let axis = problem.model.robot.parameters().joints[joint].axis;
     let along_axis = |k: usize| {
         let mut values = effect.values.clone();
         values[k] += expected[k];

@@ -12,14 +12,14 @@
 //! Left out: noise that changes within a log, and noise that two quantities of different rows share.
 
 use super::{FitProblem, Linear, Residuals, Slopes};
-use crate::predict::Experiment;
+use crate::predict::PreparedLog;
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 use trueweld_plant::random::Random;
 
 /// Residuals of one quantity and component of a log.
 #[derive(Debug, Clone)]
-pub struct Column {
+pub struct ResidualColumn {
     /// Which of the log's residuals, in order of time.
     pub at: Vec<usize>,
     /// Rows of the log that they belong to.
@@ -31,11 +31,11 @@ pub struct Column {
 }
 
 /// The columns of every log.
-pub fn columns(bench: &FitProblem) -> Vec<Vec<Column>> {
-    bench.experiments.iter().map(columns_of).collect()
+pub fn columns(problem: &FitProblem) -> Vec<Vec<ResidualColumn>> {
+    problem.logs.iter().map(columns_of).collect()
 }
 
-fn columns_of(experiment: &Experiment) -> Vec<Column> {
+fn columns_of(experiment: &PreparedLog) -> Vec<ResidualColumn> {
     let mut columns = BTreeMap::new();
     let mut levels = Vec::new();
     for (k, c) in experiment.compared.iter().enumerate() {
@@ -44,7 +44,7 @@ fn columns_of(experiment: &Experiment) -> Vec<Column> {
             levels.len() - 1
         });
         let follows = experiment.period.is_finite();
-        let column = columns.entry((c.quantity, c.component)).or_insert(Column {
+        let column = columns.entry((c.quantity, c.component)).or_insert(ResidualColumn {
             at: Vec::new(),
             rows: Vec::new(),
             level,
@@ -66,7 +66,7 @@ const ROWS_OF_ONE: usize = 4;
 const MEMORY: usize = 400;
 
 /// Autocovariance of the columns of every level together, from lag 0 on.
-fn autocovariance(columns: &[Column], residual: &[f64]) -> Vec<Vec<f64>> {
+fn autocovariance(columns: &[ResidualColumn], residual: &[f64]) -> Vec<Vec<f64>> {
     let levels = columns.iter().map(|c| c.level + 1).max().unwrap_or(0);
     let of_level = |level: usize| {
         let own = || columns.iter().filter(|c| c.level == level);
@@ -166,13 +166,13 @@ impl Autoregression {
 /// What noise makes of the gradient of one log: its covariance over the values that the log sees.
 /// `processes`: of every level.
 fn gradient(
-    columns: &[Column],
+    columns: &[ResidualColumn],
     residual: &[f64],
     seen: &[&[f64]],
     processes: &[Autoregression],
 ) -> DMatrix<f64> {
     let mut sum = DMatrix::zeros(seen.len(), seen.len());
-    let mut together: BTreeMap<&[usize], Vec<&Column>> = BTreeMap::new();
+    let mut together: BTreeMap<&[usize], Vec<&ResidualColumn>> = BTreeMap::new();
     for column in columns {
         together.entry(&column.rows).or_default().push(column);
     }
@@ -222,7 +222,7 @@ const SIMULATED: u64 = 16;
 
 /// The process behind the residuals of every level of every log, as it is where nothing was fitted.
 fn processes(
-    columns: &[Vec<Column>],
+    columns: &[Vec<ResidualColumn>],
     at: &Residuals,
     slopes: &[Slopes],
     inverse: &DMatrix<f64>,
@@ -277,13 +277,13 @@ fn processes(
 
 /// Variance of what ten blocks disagree by, over what it is, up to which chance alone may bring it:
 /// χ² of nine degrees of freedom at 99 %, over nine.
-const CHANCE: f64 = 21.67 / 9.0;
+const BLOCK_SCATTER_RATIO_MAX: f64 = 21.67 / 9.0;
 
 /// Covariance of the values of a linear model, in the fit's units. `columns`: of every log.
 /// `None` where the curvature is singular.
 pub fn covariance(
     linear: &Linear,
-    columns: &[Vec<Column>],
+    columns: &[Vec<ResidualColumn>],
     at: &Residuals,
     slopes: &[Slopes],
 ) -> Option<DMatrix<f64>> {
@@ -311,7 +311,7 @@ pub fn covariance(
     let wider = DVector::from_fn(n, |k, _| {
         let (noise, priors) = (of_noise[(k, k)], of_priors[(k, k)]);
         let square = scatter[k] * scatter[k];
-        if noise > 0.0 && square > CHANCE * noise {
+        if noise > 0.0 && square > BLOCK_SCATTER_RATIO_MAX * noise {
             ((square + priors) / (noise + priors)).sqrt()
         } else {
             1.0
@@ -354,7 +354,7 @@ mod tests {
         let blocks = vec![(0..2 * ROWS).map(|k| (k % ROWS * BLOCKS / ROWS) as u8).collect()];
         let all: Vec<&Slopes> = slopes.iter().collect();
         let of = |residual: Vec<f64>| {
-            let at = vec![Prediction { residual, motion: None, late: None, anywhere: 0.0 }];
+            let at = vec![Prediction { residual, motion: None, late: None, free_play_term: 0.0 }];
             let prior = DMatrix::zeros(3, 3);
             (Linear::new(&blocks, &at, &all, prior, DVector::zeros(3)), at)
         };
@@ -364,7 +364,7 @@ mod tests {
             residual.iter_mut().zip(slope).for_each(|(r, a)| *r += a * step[k]);
         }
         let (linear, at) = of(residual);
-        let column = |c: usize| Column {
+        let column = |c: usize| ResidualColumn {
             at: (c * ROWS..(c + 1) * ROWS).collect(),
             rows: (0..ROWS).collect(),
             level: 0,

@@ -6,27 +6,27 @@ use crate::predict::Prediction;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::ops::Range;
 
-/// Normal equations of a linear model in blocks: Σ (r + A u)² over each block.
+/// Normal equations of a linear model in blocks: Σ (r + J u)² over each block.
 #[derive(Debug, Clone)]
 pub struct Linear {
-    /// AᵀA of each block.
-    pub square: Vec<DMatrix<f64>>,
-    /// Aᵀr of each block.
-    pub slope: Vec<DVector<f64>>,
+    /// JᵀJ of each block.
+    pub jtj: Vec<DMatrix<f64>>,
+    /// Jᵀr of each block.
+    pub jtr: Vec<DVector<f64>>,
     /// rᵀr of each block.
-    pub rest: Vec<f64>,
+    pub rss: Vec<f64>,
     /// Curvature of the priors: of what each value is expected to be, and how curves bend.
     pub prior: DMatrix<f64>,
     /// Distance from what was expected.
     pub away: DVector<f64>,
     /// What holds the values where a block is left out.
-    pub hold: Hold,
+    pub held_out_prior: HeldOutPrior,
 }
 
 /// What values are drawn to where a block is left out: an effect of which the other blocks say
 /// nothing is none, and what shapes it stays.
 #[derive(Debug, Clone)]
-pub struct Hold {
+pub struct HeldOutPrior {
     /// Weight on each value.
     pub weight: DVector<f64>,
     /// Distance from what it is drawn to.
@@ -35,7 +35,7 @@ pub struct Hold {
     pub shapes: Vec<usize>,
 }
 
-impl Hold {
+impl HeldOutPrior {
     /// Nothing holds so many values.
     pub fn none(values: usize) -> Self {
         Self { weight: DVector::zeros(values), away: DVector::zeros(values), shapes: Vec::new() }
@@ -61,24 +61,24 @@ impl Linear {
     ) -> Self {
         let n = slopes.len();
         let mut linear = Self {
-            square: vec![DMatrix::zeros(n, n); BLOCKS],
-            slope: vec![DVector::zeros(n); BLOCKS],
-            rest: vec![0.0; BLOCKS],
+            jtj: vec![DMatrix::zeros(n, n); BLOCKS],
+            jtr: vec![DVector::zeros(n); BLOCKS],
+            rss: vec![0.0; BLOCKS],
             prior,
             away,
-            hold: Hold::none(n),
+            held_out_prior: HeldOutPrior::none(n),
         };
         linear.add(blocks, at, slopes, (0..n, 0..n));
-        linear.add_rest(blocks, at);
+        linear.add_rss(blocks, at);
         linear
     }
 
     /// Adds the residuals' own squares.
-    fn add_rest(&mut self, blocks: &[Vec<u8>], at: &Residuals) {
+    fn add_rss(&mut self, blocks: &[Vec<u8>], at: &Residuals) {
         for (blocks, at) in blocks.iter().zip(at) {
             for run in runs(blocks) {
                 let r = &at.residual[run.clone()];
-                self.rest[blocks[run.start] as usize] += dot(r, r);
+                self.rss[blocks[run.start] as usize] += dot(r, r);
             }
         }
     }
@@ -104,13 +104,13 @@ impl Linear {
                 for (i, (k, a)) in seen.iter().enumerate() {
                     let a = &a[run.clone()];
                     if gradients.contains(k) {
-                        self.slope[b][*k] += dot(a, r);
+                        self.jtr[b][*k] += dot(a, r);
                     }
                     for (l, c) in seen[..=i].iter().filter(|_| products.contains(k)) {
                         let product = dot(a, &c[run.clone()]);
-                        self.square[b][(*k, *l)] += product;
+                        self.jtj[b][(*k, *l)] += product;
                         if k != l {
-                            self.square[b][(*l, *k)] += product;
+                            self.jtj[b][(*l, *k)] += product;
                         }
                     }
                 }
@@ -130,15 +130,15 @@ impl Linear {
         let (n, all) = (self.away.len(), self.away.len() + more.len());
         let longer = |v: &DVector<f64>| v.clone().resize_vertically(all, 0.0);
         let mut linear = Self {
-            square: self.square.iter().map(|s| s.clone().resize(all, all, 0.0)).collect(),
-            slope: self.slope.iter().map(longer).collect(),
-            rest: self.rest.clone(),
+            jtj: self.jtj.iter().map(|s| s.clone().resize(all, all, 0.0)).collect(),
+            jtr: self.jtr.iter().map(longer).collect(),
+            rss: self.rss.clone(),
             prior: self.prior.clone().resize(all, all, 0.0),
             away: longer(&self.away),
-            hold: Hold {
-                weight: longer(&self.hold.weight),
-                away: longer(&self.hold.away),
-                shapes: self.hold.shapes.clone(),
+            held_out_prior: HeldOutPrior {
+                weight: longer(&self.held_out_prior.weight),
+                away: longer(&self.held_out_prior.away),
+                shapes: self.held_out_prior.shapes.clone(),
             },
         };
         let slopes: Vec<&Slopes> = known[..n].iter().chain(more.iter().copied()).collect();
@@ -154,22 +154,22 @@ impl Linear {
         for (k, sum) in sums.iter().enumerate() {
             sum.iter().for_each(|i| to[(*i, n + k)] = 1.0);
         }
-        let square = |s: &DMatrix<f64>| to.tr_mul(s) * &to;
+        let jtj = |s: &DMatrix<f64>| to.tr_mul(s) * &to;
         let longer = |v: &DVector<f64>| v.clone().resize_vertically(all, 0.0);
         let mut prior = self.prior.clone().resize(all, all, 0.0);
         for (k, sum) in sums.iter().enumerate() {
             prior[(n + k, n + k)] = self.prior[(sum[0], sum[0])];
         }
         Self {
-            square: self.square.iter().map(square).collect(),
-            slope: self.slope.iter().map(|s| to.tr_mul(s)).collect(),
-            rest: self.rest.clone(),
+            jtj: self.jtj.iter().map(jtj).collect(),
+            jtr: self.jtr.iter().map(|s| to.tr_mul(s)).collect(),
+            rss: self.rss.clone(),
             prior,
             away: longer(&self.away),
-            hold: Hold {
-                weight: longer(&self.hold.weight),
-                away: longer(&self.hold.away),
-                shapes: self.hold.shapes.clone(),
+            held_out_prior: HeldOutPrior {
+                weight: longer(&self.held_out_prior.weight),
+                away: longer(&self.held_out_prior.away),
+                shapes: self.held_out_prior.shapes.clone(),
             },
         }
     }
@@ -177,20 +177,20 @@ impl Linear {
     /// The same slopes beside other residuals.
     pub(crate) fn beside(&self, blocks: &[Vec<u8>], at: &Residuals, slopes: &[Slopes]) -> Self {
         let mut linear = self.clone();
-        linear.slope.iter_mut().for_each(|s| s.fill(0.0));
-        linear.rest.fill(0.0);
+        linear.jtr.iter_mut().for_each(|s| s.fill(0.0));
+        linear.rss.fill(0.0);
         let slopes: Vec<&Slopes> = slopes.iter().collect();
         linear.add(blocks, at, &slopes, (0..0, 0..slopes.len()));
-        linear.add_rest(blocks, at);
+        linear.add_rss(blocks, at);
         linear
     }
 
-    /// AᵀA over all blocks but one (`None`: over all), so many times smaller, and the priors.
-    pub(crate) fn information(&self, left_out: Option<usize>, trust: f64) -> DMatrix<f64> {
-        let mut square = self.prior.clone();
+    /// JᵀJ over all blocks but one (`None`: over all), so many times smaller, and the priors.
+    pub(crate) fn information(&self, left_out: Option<usize>, inflation: f64) -> DMatrix<f64> {
+        let mut jtj = self.prior.clone();
         let used = (0..BLOCKS).filter(|b| Some(*b) != left_out);
-        used.for_each(|b| square.zip_apply(&self.square[b], |sum, v| *sum += v / trust));
-        square
+        used.for_each(|b| jtj.zip_apply(&self.jtj[b], |sum, v| *sum += v / inflation));
+        jtj
     }
 
     /// Standard deviations of the values as the blocks' own pulls at them scatter, in the fit's
@@ -198,8 +198,8 @@ impl Linear {
     /// where the values are not determined.
     pub(crate) fn scatter(&self) -> Option<DVector<f64>> {
         let factor = self.factor()?;
-        let mean = self.slope.iter().sum::<DVector<f64>>() / BLOCKS as f64;
-        let pulled = self.slope.iter().map(|slope| factor.solve(&(slope - &mean)));
+        let mean = self.jtr.iter().sum::<DVector<f64>>() / BLOCKS as f64;
+        let pulled = self.jtr.iter().map(|jtr| factor.solve(&(jtr - &mean)));
         let squares: DVector<f64> = pulled.map(|pull| pull.component_mul(&pull)).sum();
         let few = BLOCKS as f64 / (BLOCKS - 1) as f64;
         Some(squares.map(|v| (v * few).sqrt()))
@@ -207,21 +207,21 @@ impl Linear {
 
     /// Sums over all blocks but one (`None`: over all).
     pub(super) fn without(&self, left_out: Option<usize>) -> (DMatrix<f64>, DVector<f64>) {
-        let mut square = self.information(left_out, 1.0);
+        let mut jtj = self.information(left_out, 1.0);
         if left_out.is_some() {
-            square += DMatrix::from_diagonal(&self.hold.weight);
+            jtj += DMatrix::from_diagonal(&self.held_out_prior.weight);
         }
-        (square, self.slope_without(left_out))
+        (jtj, self.jtr_without(left_out))
     }
 
     /// The same of the slopes alone.
-    pub(super) fn slope_without(&self, left_out: Option<usize>) -> DVector<f64> {
-        let mut slope = &self.prior * &self.away;
-        (0..BLOCKS).filter(|b| Some(*b) != left_out).for_each(|b| slope += &self.slope[b]);
+    pub(super) fn jtr_without(&self, left_out: Option<usize>) -> DVector<f64> {
+        let mut jtr = &self.prior * &self.away;
+        (0..BLOCKS).filter(|b| Some(*b) != left_out).for_each(|b| jtr += &self.jtr[b]);
         if left_out.is_some() {
-            slope += self.hold.weight.component_mul(&self.hold.away);
+            jtr += self.held_out_prior.weight.component_mul(&self.held_out_prior.away);
         }
-        slope
+        jtr
     }
 
     /// The same of some columns of the squares.
@@ -230,17 +230,17 @@ impl Linear {
         left_out: Option<usize>,
         columns: &[usize],
     ) -> DMatrix<f64> {
-        let mut square = self.prior.select_columns(columns);
+        let mut jtj = self.prior.select_columns(columns);
         for (i, k) in columns.iter().enumerate() {
-            let mut own = square.column_mut(i);
+            let mut own = jtj.column_mut(i);
             for b in (0..BLOCKS).filter(|b| Some(*b) != left_out) {
-                own += self.square[b].column(*k);
+                own += self.jtj[b].column(*k);
             }
             if left_out.is_some() {
-                own[*k] += self.hold.weight[*k];
+                own[*k] += self.held_out_prior.weight[*k];
             }
         }
-        square
+        jtj
     }
 
     /// The best step with `damping` on the diagonal, and the covariance of the values there, in the
@@ -250,7 +250,7 @@ impl Linear {
         left_out: Option<usize>,
         damping: f64,
         only: Option<&[usize]>,
-    ) -> Option<Step> {
+    ) -> Option<LeastSquaresStep> {
         self.solve_beside(&DVector::zeros(self.away.len()), left_out, damping, only)
     }
 
@@ -262,17 +262,17 @@ impl Linear {
         left_out: Option<usize>,
         damping: f64,
         only: Option<&[usize]>,
-    ) -> Option<Step> {
-        let (square, slope) = self.without(left_out);
-        let slope = slope + &square * fixed;
-        let only = only.map_or_else(|| (0..slope.len()).collect(), <[usize]>::to_vec);
-        let factor = Factor::new(&square.select_rows(&only).select_columns(&only), damping)?;
-        let step = factor.solve(&slope.select_rows(&only));
+    ) -> Option<LeastSquaresStep> {
+        let (jtj, jtr) = self.without(left_out);
+        let jtr = jtr + &jtj * fixed;
+        let only = only.map_or_else(|| (0..jtr.len()).collect(), <[usize]>::to_vec);
+        let factor = Factor::new(&jtj.select_rows(&only).select_columns(&only), damping)?;
+        let step = factor.solve(&jtr.select_rows(&only));
         let mut full = fixed.clone();
         for (i, k) in only.iter().enumerate() {
             full[*k] = -step[i];
         }
-        Some(Step { step: full, only, factor })
+        Some(LeastSquaresStep { step: full, only, factor })
     }
 
     /// Factor of the normal equations over all blocks, priors with them.
@@ -301,21 +301,21 @@ impl Linear {
     }
 
     fn block_after(&self, b: usize, step: &DVector<f64>) -> f64 {
-        self.rest[b] + 2.0 * self.slope[b].dot(step) + (&self.square[b] * step).dot(step)
+        self.rss[b] + 2.0 * self.jtr[b].dot(step) + (&self.jtj[b] * step).dot(step)
     }
 
     /// The same with the values that shape effects held to what all blocks tell of them; `None`
     /// where there are none.
     fn staying(&self, only: Option<&[usize]>) -> Option<Self> {
-        if self.hold.shapes.is_empty() {
+        if self.held_out_prior.shapes.is_empty() {
             return None;
         }
         let deviations = self.solve(None, 0.0, only)?.deviations();
         let mut held = self.clone();
-        for &k in &self.hold.shapes {
+        for &k in &self.held_out_prior.shapes {
             let weight = (STAYS * deviations[k]).powi(-2);
             if weight.is_finite() {
-                held.hold.weight[k] = held.hold.weight[k].max(weight);
+                held.held_out_prior.weight[k] = held.held_out_prior.weight[k].max(weight);
             }
         }
         Some(held)
@@ -344,7 +344,7 @@ impl Linear {
     /// Sum of squares of each block, predicted from all the others.
     pub fn held_out(&self, only: Option<&[usize]>) -> Vec<f64> {
         let steps = self.steps_from_others(only).into_iter().enumerate();
-        steps.map(|(b, step)| step.map_or(self.rest[b], |s| self.block_after(b, &s))).collect()
+        steps.map(|(b, step)| step.map_or(self.rss[b], |s| self.block_after(b, &s))).collect()
     }
 
     /// Residuals of each log, every block predicted from all the others. `at`, `slopes`: what this
@@ -358,9 +358,9 @@ impl Linear {
         let steps = self.steps_from_others(None);
         let of_log = |(log, (blocks, at)): (usize, (&Vec<u8>, &Prediction))| {
             let mut residual = at.residual.clone();
-            for (k, slope) in slopes.iter().enumerate() {
-                let Some(slope) = &slope[log] else { continue };
-                for ((r, a), b) in residual.iter_mut().zip(slope).zip(blocks) {
+            for (k, column) in slopes.iter().enumerate() {
+                let Some(column) = &column[log] else { continue };
+                for ((r, a), b) in residual.iter_mut().zip(column).zip(blocks) {
                     *r += a * steps[usize::from(*b)].as_ref().map_or(0.0, |step| step[k]);
                 }
             }
@@ -380,19 +380,19 @@ pub(crate) struct Factor {
 
 impl Factor {
     /// With `damping` added to the ones; `None` where that is not positive definite.
-    pub fn new(square: &DMatrix<f64>, damping: f64) -> Option<Self> {
-        let scale = square.diagonal().map(|own| if own > 0.0 { own.sqrt().recip() } else { 1.0 });
-        let mut scaled = square.component_mul(&(&scale * scale.transpose()));
+    pub fn new(jtj: &DMatrix<f64>, damping: f64) -> Option<Self> {
+        let scale = jtj.diagonal().map(|own| if own > 0.0 { own.sqrt().recip() } else { 1.0 });
+        let mut scaled = jtj.component_mul(&(&scale * scale.transpose()));
         (0..scale.len()).for_each(|i| scaled[(i, i)] += damping + RIDGE);
         Some(Self { scale, cholesky: scaled.cholesky()? })
     }
 
     /// The solution for a right side, a vector or several.
-    pub fn solve<C: nalgebra::Dim>(&self, right: &Columns<C>) -> Columns<C>
+    pub fn solve<C: nalgebra::Dim>(&self, right: &RightSides<C>) -> RightSides<C>
     where
         nalgebra::DefaultAllocator: nalgebra::allocator::Allocator<Dyn, C>,
     {
-        let scaled = |m: &Columns<C>| {
+        let scaled = |m: &RightSides<C>| {
             let mut m = m.clone();
             m.row_iter_mut().zip(&self.scale).for_each(|(mut row, s)| row *= *s);
             m
@@ -408,18 +408,18 @@ impl Factor {
 }
 
 /// Right sides of normal equations.
-type Columns<C> = nalgebra::OMatrix<f64, Dyn, C>;
+type RightSides<C> = nalgebra::OMatrix<f64, Dyn, C>;
 
 /// The step to the least sum of squares of a linear model.
 #[derive(Debug, Clone)]
-pub struct Step {
+pub struct LeastSquaresStep {
     /// Of all values, in the fit's units.
     pub step: DVector<f64>,
     only: Vec<usize>,
     factor: Factor,
 }
 
-impl Step {
+impl LeastSquaresStep {
     /// Standard deviations of the free values, in the fit's units; 0 for those that stay.
     pub fn deviations(&self) -> DVector<f64> {
         let mut all = DVector::zeros(self.step.len());
@@ -443,14 +443,14 @@ fn runs(blocks: &[u8]) -> Vec<Range<usize>> {
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     // Four sums, so that they can run side by side.
     let mut sums = [0.0; 4];
-    let (fours, rest) = a.as_chunks::<4>();
-    let (others, other_rest) = b.as_chunks::<4>();
+    let (fours, tail) = a.as_chunks::<4>();
+    let (others, other_tail) = b.as_chunks::<4>();
     for (x, y) in fours.iter().zip(others) {
         for k in 0..4 {
             sums[k] += x[k] * y[k];
         }
     }
-    sums.iter().sum::<f64>() + rest.iter().zip(other_rest).map(|(x, y)| x * y).sum::<f64>()
+    sums.iter().sum::<f64>() + tail.iter().zip(other_tail).map(|(x, y)| x * y).sum::<f64>()
 }
 
 #[cfg(test)]
@@ -460,7 +460,8 @@ mod tests {
     #[test]
     fn values_beside_none_are_as_values_alone() {
         let residual: Vec<f64> = (0..20).map(|k| f64::from(k % 7) - 2.5).collect();
-        let at: Residuals = vec![Prediction { residual, motion: None, late: None, anywhere: 0.0 }];
+        let at: Residuals =
+            vec![Prediction { residual, motion: None, late: None, free_play_term: 0.0 }];
         let blocks: Vec<Vec<u8>> = vec![(0..20).map(|k| k / 2).collect()];
         let slopes: Slopes = vec![Some((0..20).map(|k| f64::from(k).sin()).collect())];
         let none = DVector::zeros(0);
@@ -471,7 +472,7 @@ mod tests {
             &[],
             &[&slopes],
         );
-        assert_eq!(alone.rest, beside.rest);
+        assert_eq!(alone.rss, beside.rss);
         assert_eq!(alone.held_out(None), beside.held_out(None));
     }
 
@@ -480,17 +481,17 @@ mod tests {
         // The first block tells it to a tenth, the second to ten, and is off by a half of that.
         let one = |value: f64| DMatrix::from_element(1, 1, value);
         let mut linear = Linear {
-            square: vec![one(0.0); BLOCKS],
-            slope: vec![DVector::zeros(1); BLOCKS],
-            rest: vec![1.0; BLOCKS],
+            jtj: vec![one(0.0); BLOCKS],
+            jtr: vec![DVector::zeros(1); BLOCKS],
+            rss: vec![1.0; BLOCKS],
             prior: DMatrix::zeros(1, 1),
             away: DVector::zeros(1),
-            hold: Hold::none(1),
+            held_out_prior: HeldOutPrior::none(1),
         };
-        (linear.square[0], linear.square[1]) = (one(100.0), one(0.01));
-        linear.slope[1][0] = -0.05;
+        (linear.jtj[0], linear.jtj[1]) = (one(100.0), one(0.01));
+        linear.jtr[1][0] = -0.05;
         let of_size = linear.held_out(None)[0];
-        linear.hold.shapes = vec![0];
+        linear.held_out_prior.shapes = vec![0];
         let of_shape = linear.held_out(None)[0];
         assert!((of_size - 2501.0).abs() < 1.0 && of_shape < 1.1, "{of_size} {of_shape}");
     }
@@ -500,12 +501,12 @@ mod tests {
         let block =
             |k: usize| DMatrix::from_fn(2, 2, |i, j| if i == j { 3.0 + k as f64 } else { 1.0 });
         let own = Linear {
-            square: (0..BLOCKS).map(block).collect(),
-            slope: (0..BLOCKS).map(|k| DVector::from_vec(vec![k as f64, -2.0])).collect(),
-            rest: vec![50.0; BLOCKS],
+            jtj: (0..BLOCKS).map(block).collect(),
+            jtr: (0..BLOCKS).map(|k| DVector::from_vec(vec![k as f64, -2.0])).collect(),
+            rss: vec![50.0; BLOCKS],
             prior: DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 5.0])),
             away: DVector::from_vec(vec![0.3, -0.1]),
-            hold: Hold::none(2),
+            held_out_prior: HeldOutPrior::none(2),
         };
         let both = own.with_sums(&[vec![0, 1]]);
         let (cost, step) = both.with_only(&[2]).unwrap();
@@ -521,12 +522,12 @@ mod tests {
         // One value, the mean: the slope of each residual is −1, a block is ten of them.
         let off = |b: usize| if b.is_multiple_of(2) { 1.0 } else { -1.0 };
         let linear = Linear {
-            square: vec![DMatrix::from_element(1, 1, 10.0); BLOCKS],
-            slope: (0..BLOCKS).map(|b| DVector::from_element(1, -10.0 * off(b))).collect(),
-            rest: vec![10.0; BLOCKS],
+            jtj: vec![DMatrix::from_element(1, 1, 10.0); BLOCKS],
+            jtr: (0..BLOCKS).map(|b| DVector::from_element(1, -10.0 * off(b))).collect(),
+            rss: vec![10.0; BLOCKS],
             prior: DMatrix::zeros(1, 1),
             away: DVector::zeros(1),
-            hold: Hold::none(1),
+            held_out_prior: HeldOutPrior::none(1),
         };
         // White noise of 1 would leave 1/√100; blocks that are off by ±1 leave √(1/9).
         assert!((linear.factor().unwrap().deviations()[0] - 0.1).abs() < 1e-6);

@@ -7,21 +7,23 @@
 //! blocks out costs a small solve and no new simulation.
 
 pub mod calibration;
-mod condensed;
 pub mod covariance;
 mod effects;
 mod linear;
 pub mod per_log;
+mod schur;
 mod solver;
 
-pub(crate) use condensed::{Condensed, Eliminated, Quadratic};
 pub(crate) use effects::is_own_and_nothing;
 pub use effects::{PerLogEffect, SortedEffects};
 pub(crate) use linear::Factor;
-pub use linear::{Hold, Linear, Step};
-pub use solver::{Effort, End, Fitted, fit};
+pub use linear::{HeldOutPrior, LeastSquaresStep, Linear};
+pub(crate) use schur::{Quadratic, ReducedNormal, SchurComplement};
+pub use solver::{Fitted, SolverOptions, Termination, fit};
 
-use crate::predict::{Compared, Experiment, Model, PredictError, Prediction, Quantity};
+use crate::predict::{
+    BaselineModel, Compared, ComparedQuantity, PredictError, Prediction, PreparedLog,
+};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::time::Instant;
@@ -36,7 +38,7 @@ pub const BLOCKS: usize = 10;
 #[derive(Debug)]
 pub struct FitProblem {
     /// Robot and process without effects.
-    pub model: Model,
+    pub model: BaselineModel,
     /// Effects the model has, that are not fitted here.
     pub known: Vec<Effect>,
     /// Effects the model has whose values every log has of its own, fitted to it.
@@ -44,28 +46,29 @@ pub struct FitProblem {
     /// Effects of the user's own that are hypotheses, beside the library's.
     pub own: Vec<Effect>,
     /// The logs.
-    pub experiments: Vec<Experiment>,
+    pub logs: Vec<PreparedLog>,
     /// From when on no new work is begun; `None` where there is no hurry.
     pub deadline: Option<Instant>,
 }
 
 impl FitProblem {
-    /// Makes ready what a model file and experiments say.
-    pub fn new(file: &ModelFile, experiments: Vec<Experiment>) -> Self {
-        let model = Model { robot: file.robot.robot.clone(), process: file.process.clone() };
+    /// Makes ready what a model file and logs say.
+    pub fn new(file: &ModelFile, logs: Vec<PreparedLog>) -> Self {
+        let model =
+            BaselineModel { robot: file.robot.robot.clone(), process: file.process.clone() };
         let SortedEffects { known, per_log, own } =
             SortedEffects::new(&file.effects, file.posterior.as_ref());
-        Self { model, known, per_log, own, experiments, deadline: None }
+        Self { model, known, per_log, own, logs, deadline: None }
     }
 
-    /// The same model, judged by other experiments, in no hurry.
-    pub fn on(&self, experiments: Vec<Experiment>) -> Self {
+    /// The same model, judged by other logs, in no hurry.
+    pub fn on(&self, logs: Vec<PreparedLog>) -> Self {
         Self {
             model: self.model.clone(),
             known: self.known.clone(),
             per_log: self.per_log.clone(),
             own: self.own.clone(),
-            experiments,
+            logs,
             deadline: None,
         }
     }
@@ -80,7 +83,7 @@ impl FitProblem {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EffectScope {
     /// The effect of that index among those for all logs.
-    All(usize),
+    Shared(usize),
     /// The effect of that index among those of one log.
     Log(usize, usize),
 }
@@ -115,9 +118,9 @@ pub(crate) fn roughness(table: &DefinedTable, unit: f64) -> DMatrix<f64> {
 #[derive(Debug, Clone)]
 pub struct FitState {
     /// Effects that hold for all logs.
-    pub all: Vec<Effect>,
+    pub shared: Vec<Effect>,
     /// Effects of each log.
-    pub each: Vec<Vec<Effect>>,
+    pub per_log: Vec<Vec<Effect>>,
     /// Free values.
     pub free: Vec<FreeParameter>,
 }
@@ -165,21 +168,21 @@ pub fn unit(parameter: &Parameter, value: f64) -> f64 {
 impl FitState {
     /// A point without effects beyond the known.
     pub fn empty(logs: usize) -> Self {
-        Self { all: Vec::new(), each: vec![Vec::new(); logs], free: Vec::new() }
+        Self { shared: Vec::new(), per_log: vec![Vec::new(); logs], free: Vec::new() }
     }
 
     /// The effect a free value belongs to.
     pub fn effect(&self, of: EffectScope) -> &Effect {
         match of {
-            EffectScope::All(i) => &self.all[i],
-            EffectScope::Log(log, i) => &self.each[log][i],
+            EffectScope::Shared(i) => &self.shared[i],
+            EffectScope::Log(log, i) => &self.per_log[log][i],
         }
     }
 
     fn effect_mut(&mut self, of: EffectScope) -> &mut Effect {
         match of {
-            EffectScope::All(i) => &mut self.all[i],
-            EffectScope::Log(log, i) => &mut self.each[log][i],
+            EffectScope::Shared(i) => &mut self.shared[i],
+            EffectScope::Log(log, i) => &mut self.per_log[log][i],
         }
     }
 
@@ -202,15 +205,15 @@ impl FitState {
     /// Adds an effect for all logs, of whose values this much is expected; one of which nothing is
     /// stays as it is.
     pub fn add_expected(&mut self, effect: Effect, expected: &[f64]) {
-        let of = EffectScope::All(self.all.len());
-        self.all.push(effect);
+        let of = EffectScope::Shared(self.shared.len());
+        self.shared.push(effect);
         self.release(of, expected);
     }
 
     /// Adds an effect of one log, with all its values free.
     pub fn add_to_log(&mut self, log: usize, effect: Effect, expected: &[f64]) {
-        let of = EffectScope::Log(log, self.each[log].len());
-        self.each[log].push(effect);
+        let of = EffectScope::Log(log, self.per_log[log].len());
+        self.per_log[log].push(effect);
         self.release(of, expected);
     }
 
@@ -232,10 +235,10 @@ impl FitState {
     /// The same without one of the effects for all logs.
     pub(crate) fn without(&self, index: usize) -> Self {
         let mut next = self.clone();
-        next.all.remove(index);
-        next.free.retain(|f| f.of != EffectScope::All(index));
+        next.shared.remove(index);
+        next.free.retain(|f| f.of != EffectScope::Shared(index));
         for free in &mut next.free {
-            if let EffectScope::All(i) = &mut free.of
+            if let EffectScope::Shared(i) = &mut free.of
                 && *i > index
             {
                 *i -= 1;
@@ -256,8 +259,8 @@ impl FitState {
     }
 
     /// The effects of one log.
-    pub fn effects(&self, bench: &FitProblem, log: usize) -> Vec<Effect> {
-        bench.known.iter().chain(&self.all).chain(&self.each[log]).cloned().collect()
+    pub fn effects(&self, problem: &FitProblem, log: usize) -> Vec<Effect> {
+        problem.known.iter().chain(&self.shared).chain(&self.per_log[log]).cloned().collect()
     }
 
     /// Free values moved by a step in the fit's units.
@@ -275,7 +278,7 @@ impl FitState {
 
     /// Sines with their amplitude above zero and their phase within half a turn.
     fn tidy(&mut self) {
-        for effect in self.all.iter_mut().chain(self.each.iter_mut().flatten()) {
+        for effect in self.shared.iter_mut().chain(self.per_log.iter_mut().flatten()) {
             let Some(phase) = effect.kind.parameters.iter().position(|p| p.role == Role::Phase)
             else {
                 continue;
@@ -287,23 +290,23 @@ impl FitState {
     }
 
     /// What holds the values while blocks are left out, in the fit's units.
-    fn hold(&self) -> Hold {
-        let mut hold = Hold::none(self.free.len());
+    fn held_out_prior(&self) -> HeldOutPrior {
+        let mut held_out_prior = HeldOutPrior::none(self.free.len());
         for (k, free) in self.free.iter().enumerate().filter(|(_, f)| !f.expected.is_finite()) {
             let (parameter, value) = (self.parameter(free), self.value(free));
             match parameter.role {
                 Role::Size { step, neutral } if value != neutral => {
-                    hold.away[k] = (value - neutral) / step;
-                    hold.weight[k] = hold.away[k].powi(-2);
+                    held_out_prior.away[k] = (value - neutral) / step;
+                    held_out_prior.weight[k] = held_out_prior.away[k].powi(-2);
                 }
                 Role::Size { .. } | Role::Reciprocal { .. } => {}
                 role => {
-                    hold.weight[k] = reach(role).powi(-2);
-                    hold.shapes.push(k);
+                    held_out_prior.weight[k] = reach(role).powi(-2);
+                    held_out_prior.shapes.push(k);
                 }
             }
         }
-        hold
+        held_out_prior
     }
 
     /// Curvature of the priors and how far each value is from where it was expected, in the fit's
@@ -349,21 +352,21 @@ pub type Residuals = Vec<Prediction>;
 ///
 /// # Errors
 /// [`PredictError`] of the first log the model cannot be driven through.
-pub fn residuals(bench: &FitProblem, point: &FitState) -> Result<Residuals, PredictError> {
-    residuals_near(bench, point, None)
+pub fn residuals(problem: &FitProblem, point: &FitState) -> Result<Residuals, PredictError> {
+    residuals_near(problem, point, None)
 }
 
 /// The same; `near`: residuals at a point not far from this one.
 fn residuals_near(
-    bench: &FitProblem,
+    problem: &FitProblem,
     point: &FitState,
     near: Option<&Residuals>,
 ) -> Result<Residuals, PredictError> {
-    let of_log = |(log, experiment): (usize, &Experiment)| {
+    let of_log = |(log, experiment): (usize, &PreparedLog)| {
         let near = near.map(|at| (&at[log], None));
-        experiment.predict_from(&bench.model, &point.effects(bench, log), near)
+        experiment.predict_from(&problem.model, &point.effects(problem, log), near)
     };
-    bench.experiments.par_iter().enumerate().map(of_log).collect()
+    problem.logs.par_iter().enumerate().map(of_log).collect()
 }
 
 /// The same at a point that has one effect more, or that effect with other values, than where
@@ -372,16 +375,16 @@ fn residuals_near(
 /// # Errors
 /// [`PredictError`] of the first log the model cannot be driven through.
 pub(crate) fn residuals_beside(
-    bench: &FitProblem,
+    problem: &FitProblem,
     point: &FitState,
     (at, effect): (&Residuals, &Effect),
 ) -> Result<Residuals, PredictError> {
     let of_log = |(log, at): (usize, &Prediction)| {
-        let experiment = &bench.experiments[log];
+        let experiment = &problem.logs[log];
         if !experiment.concerns(effect) {
             return Ok(at.clone());
         }
-        experiment.predict(&bench.model, &point.effects(bench, log), Some((at, effect)))
+        experiment.predict(&problem.model, &point.effects(problem, log), Some((at, effect)))
     };
     at.par_iter().enumerate().map(of_log).collect()
 }
@@ -399,7 +402,7 @@ pub fn count(residuals: &Residuals) -> usize {
 /// Slope of one log's residuals by one free value in the fit's units; `None` where the log does not
 /// see it.
 fn slope(
-    bench: &FitProblem,
+    problem: &FitProblem,
     point: &FitState,
     free: &FreeParameter,
     log: usize,
@@ -409,7 +412,7 @@ fn slope(
     if matches!(free.of, EffectScope::Log(own, _) if own != log) {
         return Ok(None);
     }
-    let experiment = &bench.experiments[log];
+    let experiment = &problem.logs[log];
     let effect = point.effect(free.of);
     if !experiment.concerns(effect) {
         return Ok(None);
@@ -424,11 +427,11 @@ fn slope(
         // Of what is far cheaper to see than to play through.
         (Action::Mounting(motion), Location::Joint(joint)) => {
             let more = motion(&moved.effect(free.of).values) * motion(&effect.values).inverse();
-            experiment.remounted(&bench.model, &point.effects(bench, log), at, joint, &more)?
+            experiment.remounted(&problem.model, &point.effects(problem, log), at, joint, &more)?
         }
         _ => {
-            let effects = moved.effects(bench, log);
-            experiment.predict(&bench.model, &effects, Some((at, effect)))?.residual
+            let effects = moved.effects(problem, log);
+            experiment.predict(&problem.model, &effects, Some((at, effect)))?.residual
         }
     };
     Ok(Some(there.iter().zip(&at.residual).map(|(a, b)| (a - b) / step).collect()))
@@ -440,27 +443,27 @@ pub type Slopes = Vec<Option<Vec<f64>>>;
 /// Slopes of some free values of a point, taken over a `share` of a fit's unit, in parallel over
 /// values and logs. A value that makes the model fall apart has none.
 pub fn slopes(
-    bench: &FitProblem,
+    problem: &FitProblem,
     point: &FitState,
     frees: &[FreeParameter],
     at: &Residuals,
     share: f64,
 ) -> Vec<Slopes> {
-    slopes_where(bench, point, frees, at, share, |_, _| true)
+    slopes_where(problem, point, frees, at, share, |_, _| true)
 }
 
 /// The same of those values in those logs, by their indices, for which `wanted` is true; none elsewhere.
 pub(crate) fn slopes_where(
-    bench: &FitProblem,
+    problem: &FitProblem,
     point: &FitState,
     frees: &[FreeParameter],
     at: &Residuals,
     share: f64,
     wanted: impl Fn(usize, usize) -> bool + Sync,
 ) -> Vec<Slopes> {
-    let logs = bench.experiments.len();
+    let logs = problem.logs.len();
     let one = |free: usize, log: usize| {
-        slope(bench, point, &frees[free], log, &at[log], share).unwrap_or(None)
+        slope(problem, point, &frees[free], log, &at[log], share).unwrap_or(None)
     };
     let flat: Vec<Option<Vec<f64>>> = (0..frees.len() * logs)
         .into_par_iter()
@@ -476,15 +479,15 @@ pub(crate) fn slopes_where(
 /// push changes: half of the blocks share the time, half the change. A weld's first seconds tell most
 /// of what there is to tell of its material, and one block that held them all could be predicted from
 /// no other.
-pub fn blocks_of(bench: &FitProblem) -> Vec<Vec<u8>> {
-    bench.experiments.iter().map(blocks_of_log).collect()
+pub fn blocks_of(problem: &FitProblem) -> Vec<Vec<u8>> {
+    problem.logs.iter().map(blocks_of_log).collect()
 }
 
-fn blocks_of_log(experiment: &Experiment) -> Vec<u8> {
+fn blocks_of_log(experiment: &PreparedLog) -> Vec<u8> {
     let compared = &experiment.compared;
     let rows = compared.iter().map(|c| c.row);
     let (first, last) = (rows.clone().min().unwrap_or(0), rows.max().unwrap_or(0));
-    let is_push = |c: &&Compared| matches!(c.quantity, Quantity::Force) && c.component == 2;
+    let is_push = |c: &&Compared| matches!(c.quantity, ComparedQuantity::Force) && c.component == 2;
     let push: Vec<&Compared> = compared.iter().filter(is_push).collect();
     // Sum of all changes up to a row.
     let mut changed = vec![(first, 0.0)];
@@ -505,4 +508,4 @@ fn blocks_of_log(experiment: &Experiment) -> Vec<u8> {
 }
 
 /// Share of a fit's unit over which slopes are taken.
-const STEP: f64 = 0.1;
+pub(crate) const SLOPE_STEP: f64 = 0.1;

@@ -3,27 +3,28 @@
 //! model stays as it is.
 
 use crate::fit::calibration::per_log;
-use crate::fit::{self, Effort, FitProblem, FitState, PerLogEffect, Residuals};
+use crate::fit::{self, FitProblem, FitState, PerLogEffect, Residuals, SolverOptions};
 use crate::predict::PredictError;
 use trueweld_plant::effects::Effect;
 
-/// Fits `own`, with values for each log, beside the bench's known effects and `all`, which stay.
+/// Fits `own`, with values for each log, beside the problem's known effects and `all`, which stay.
 /// Where there is nothing to fit, the residuals are those of the model as it is.
 ///
 /// # Errors
 /// [`PredictError`] of the first log the model cannot be driven through.
 pub fn fitted(
-    bench: &FitProblem,
+    problem: &FitProblem,
     own: &[PerLogEffect],
     all: Vec<Effect>,
 ) -> Result<(FitState, Residuals), PredictError> {
-    let mut point = per_log(bench, own);
-    point.all = all;
+    let mut point = per_log(problem, own);
+    point.shared = all;
     let stale = point.free.len();
     if stale == 0 {
-        let residuals = fit::residuals(bench, &point)?;
+        let residuals = fit::residuals(problem, &point)?;
         return Ok((point, residuals));
     }
-    let found = fit::fit(bench, &point, &fit::blocks_of(bench), &[], Effort::full(stale))?;
-    Ok((found.point, found.at))
+    let found =
+        fit::fit(problem, &point, &fit::blocks_of(problem), &[], SolverOptions::full(stale))?;
+    Ok((found.point, found.residuals))
 }

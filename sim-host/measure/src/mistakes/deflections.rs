@@ -1,22 +1,22 @@
 //! How the tool moved under its load, log by log: what tells how a wrench is to be read.
 
 use super::refine::quantile;
-use super::relation::FEWEST;
-use super::rows::Row;
+use super::relation::RELATION_ROWS_MIN;
+use super::rows::LogRow;
+use crate::ROTATION_LENGTH;
 use crate::data::log::{Log, LogKind};
-use crate::register::LEVER;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use trueweld_core::spatial::rotation_vector;
 use trueweld_core::{Robot, Wrench};
 
 /// What an arm may give more, or less, than the model says.
-pub(super) const GIVES: [f64; 2] = [0.3, 3.0];
+pub(super) const COMPLIANCE_RATIO_RANGE: [f64; 2] = [0.3, 3.0];
 
 /// Sums of squares that differ by less are the same.
-pub(super) const ALIKE: f64 = 1.1;
+pub(super) const EQUAL_SQUARES_RATIO: f64 = 1.1;
 
 /// Deflection that tells nothing, m.
-pub(super) const FAINT: f64 = 1e-4;
+pub(super) const TELLING_DEFLECTION_MIN: f64 = 1e-4;
 
 /// How the tool of one log moved under its load, and what the load was.
 pub(super) struct Deflections {
@@ -31,8 +31,8 @@ pub(super) struct Deflections {
     pub scatter: [Option<f64>; 6],
 }
 
-/// One row, less the mean of its posture: position, m, and rotation times [`LEVER`]; the wrench as it
-/// was read, N and N·m; and the movement per N or N·m of each of its columns.
+/// One row, less the mean of its posture: position, m, and rotation times [`ROTATION_LENGTH`]; the
+/// wrench as it was read, N and N·m; and the movement per N or N·m of each of its columns.
 #[derive(Clone)]
 pub(super) struct Deflected {
     pub moved: Vector6<f64>,
@@ -42,16 +42,16 @@ pub(super) struct Deflected {
 
 impl Deflections {
     /// `None` where the log does not tell.
-    pub fn of(log: &Log, rows: &[Row], robot: &Robot<f64>) -> Option<Self> {
+    pub fn of(log: &Log, rows: &[LogRow], robot: &Robot<f64>) -> Option<Self> {
         log.samples.force.as_ref()?;
-        let of_row = |row: &Row| {
+        let of_row = |row: &LogRow| {
             let moved = movement(row, robot, &Wrench::zero())?;
             let per = |c: usize| {
                 /// N or N·m.
-                const UNIT: f64 = 1e3;
+                const UNIT_LOAD: f64 = 1e3;
                 let mut one = Vector6::zeros();
-                one[c] = UNIT;
-                Some((moved - movement(row, robot, &wrench_of(&one))?) / UNIT)
+                one[c] = UNIT_LOAD;
+                Some((moved - movement(row, robot, &wrench_of(&one))?) / UNIT_LOAD)
             };
             let mut compliance = Matrix6::zeros();
             for c in 0..6 {
@@ -81,7 +81,8 @@ impl Deflections {
         }
         let rows: Vec<Deflected> = loaded.into_iter().map(|(_, row)| row).collect();
         let squares: f64 = rows.iter().map(|row| row.moved.norm_squared()).sum();
-        let tells = rows.len() >= FEWEST / 2 && squares > rows.len() as f64 * FAINT * FAINT;
+        let tells = rows.len() >= RELATION_ROWS_MIN / 2
+            && squares > rows.len() as f64 * TELLING_DEFLECTION_MIN * TELLING_DEFLECTION_MIN;
         let scatter = std::array::from_fn(|c| scatter(log, c));
         tells.then_some(Self { rows, squares, has_moments, weld_wrenches, scatter })
     }
@@ -113,7 +114,8 @@ impl Deflections {
             across += by.dot(&row.moved);
             given += by.norm_squared();
         }
-        let gives = (across / f64::max(given, f64::MIN_POSITIVE)).clamp(GIVES[0], GIVES[1]);
+        let gives = (across / f64::max(given, f64::MIN_POSITIVE))
+            .clamp(COMPLIANCE_RATIO_RANGE[0], COMPLIANCE_RATIO_RANGE[1]);
         self.squares - 2.0 * gives * across + gives * gives * given
     }
 
@@ -144,12 +146,12 @@ fn wrench_of(columns: &Vector6<f64>) -> Wrench<f64> {
 }
 
 /// How far the tool was seen from where it stands under a wrench: position, m, and rotation times
-/// [`LEVER`].
-fn movement(row: &Row, robot: &Robot<f64>, wrench: &Wrench<f64>) -> Option<Vector6<f64>> {
-    let seen = Row { wrench: *wrench, ..row.clone() }.pose_pair(robot, &row.encoder)?;
+/// [`ROTATION_LENGTH`].
+fn movement(row: &LogRow, robot: &Robot<f64>, wrench: &Wrench<f64>) -> Option<Vector6<f64>> {
+    let seen = LogRow { wrench: *wrench, ..row.clone() }.pose_pair(robot, &row.encoder)?;
     let away = seen.position - seen.nominal.position;
     let turned = seen.rotation.map_or(Vector3::zeros(), |r| {
-        rotation_vector(&(r * seen.nominal.rotation.transpose())) * LEVER
+        rotation_vector(&(r * seen.nominal.rotation.transpose())) * ROTATION_LENGTH
     });
     Some(Vector6::new(away.x, away.y, away.z, turned.x, turned.y, turned.z))
 }

@@ -3,12 +3,15 @@
 //! with all that may be off beside it.
 
 use super::reading::{
-    AT_REST, Best, Explanation, Reading, Tracker, misfit, near, plain_angle, pose_pairs, with,
+    AT_REST, Best, EncoderReading, ExplainedReading, Tracker, misfit, near, plain_angle,
+    pose_pairs, with,
 };
-use super::refine::{CORRELATED, OUTLIER, quantile};
-use super::rows::Row;
+use super::refine::{OUTLIER, quantile};
+use super::rows::LogRow;
+use crate::AUTOCORRELATION_INFLATION;
 use crate::HALF_95;
-use crate::register::{LEVER, PosePair};
+use crate::ROTATION_LENGTH;
+use crate::register::PosePair;
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 use std::f64::consts::{PI, TAU};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
@@ -21,9 +24,9 @@ const ANGLE_ROWS: usize = 40;
 const ZERO: f64 = 0.02;
 
 /// The line on which one joint's angles must lie, the simplest that leaves little.
-pub(super) fn find(rows: &[&Row], robot: &Robot<f64>, joint: usize) -> Option<Explanation> {
+pub(super) fn find(rows: &[&LogRow], robot: &Robot<f64>, joint: usize) -> Option<ExplainedReading> {
     let every = rows.len().div_ceil(ANGLE_ROWS).max(1);
-    let few: Vec<&Row> = rows.iter().step_by(every).copied().collect();
+    let few: Vec<&LogRow> = rows.iter().step_by(every).copied().collect();
     let points: Vec<(f64, f64)> = few
         .iter()
         .filter_map(|row| Some((row.encoder[joint], angle(row, robot, joint)?)))
@@ -33,9 +36,9 @@ pub(super) fn find(rows: &[&Row], robot: &Robot<f64>, joint: usize) -> Option<Ex
     }
     let mut best = Best { limit: f64::INFINITY, found: None };
     for (slope, offset) in lines(&points) {
-        let reading = Reading::Line(joint, slope, offset);
+        let reading = EncoderReading::Line(joint, slope, offset);
         let seen = pose_pairs(rows, robot, reading);
-        best.take(with(&seen, Tracker::Plain).map(|e| Explanation { reading, ..e }));
+        best.take(with(&seen, Tracker::Plain).map(|e| ExplainedReading { reading, ..e }));
     }
     best.found
 }
@@ -79,9 +82,9 @@ fn lines(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 }
 
 /// The angle of one joint with which the tool would be nearest to where it was seen.
-fn angle(row: &Row, robot: &Robot<f64>, joint: usize) -> Option<f64> {
+fn angle(row: &LogRow, robot: &Robot<f64>, joint: usize) -> Option<f64> {
     /// Angles that are tried first, over a whole turn.
-    const TRIED: usize = 72;
+    const LINE_ANGLES_TRIED: usize = 72;
     let position = row.position?;
     let frames = robot.frames(&row.encoder);
     let (origin, axis) = {
@@ -96,10 +99,10 @@ fn angle(row: &Row, robot: &Robot<f64>, joint: usize) -> Option<f64> {
         let turned = row
             .rotation
             .map_or(0.0, |r| rotation_vector(&((turn * tool.rotation).tr_mul(&r))).norm_squared());
-        (at - position).norm_squared() + LEVER * LEVER * turned
+        (at - position).norm_squared() + ROTATION_LENGTH * ROTATION_LENGTH * turned
     };
-    let step = TAU / TRIED as f64;
-    let nearest = (0..TRIED)
+    let step = TAU / LINE_ANGLES_TRIED as f64;
+    let nearest = (0..LINE_ANGLES_TRIED)
         .map(|k| k as f64 * step - PI)
         .min_by(|a, b| square(*a).total_cmp(&square(*b)))?;
     // Golden section.
@@ -114,59 +117,61 @@ fn angle(row: &Row, robot: &Robot<f64>, joint: usize) -> Option<f64> {
 
 /// What is refined: zeros of all joints, rad; the tracker's frame (position, m, and rotation vector);
 /// and by what share the slope changes.
-const FREE: usize = JOINTS + 7;
-const FRAME: usize = JOINTS;
-const SLOPE: usize = JOINTS + 6;
+const LINE_FIT_NUMBERS: usize = JOINTS + 7;
+const FRAME_INDEX: usize = JOINTS;
+const SLOPE_INDEX: usize = JOINTS + 6;
 
 /// What zeros and frame of a cell are off by without a mistake, m and rad.
 const USUAL: f64 = 3e-3;
 
 /// What tracker and bending leave of a pose, m.
-const NOISE: f64 = 3e-4;
+const POSE_NOISE: f64 = 3e-4;
 
 /// An explanation by a line, refined on the arm's kinematics until it settles, an offset near a plain
 /// angle set to it; and what a fitted slope is known to, as a share of it (half of 95 %).
 pub(super) fn refined(
-    explanation: Explanation,
-    rows: &[&Row],
+    explanation: ExplainedReading,
+    rows: &[&LogRow],
     robot: &Robot<f64>,
-) -> (Explanation, f64) {
-    let Reading::Line(joint, slope, offset) = explanation.reading else {
+) -> (ExplainedReading, f64) {
+    let EncoderReading::Line(joint, slope, offset) = explanation.reading else {
         return (explanation, 0.0);
     };
     let is_whole = |whole: f64| near(slope.abs(), whole);
     if [PI / 180.0, 180.0 / PI].into_iter().any(is_whole) {
         return (explanation, 0.0);
     }
-    let mut usual = SVector::<f64, FREE>::repeat(USUAL);
+    let mut usual = SVector::<f64, LINE_FIT_NUMBERS>::repeat(USUAL);
     // Nothing is known of what is wrong.
     if offset != 0.0 {
         usual[joint] = 1.0;
     }
-    usual[SLOPE] = if is_whole(1.0) { 1e-9 } else { 1.0 };
-    let line = |by: &SVector<f64, FREE>| Reading::Line(joint, slope * (1.0 + by[SLOPE]), offset);
+    usual[SLOPE_INDEX] = if is_whole(1.0) { 1e-9 } else { 1.0 };
+    let line = |by: &SVector<f64, LINE_FIT_NUMBERS>| {
+        EncoderReading::Line(joint, slope * (1.0 + by[SLOPE_INDEX]), offset)
+    };
     // An arm in motion bends by more than its load at rest.
-    let still: Vec<&Row> = rows.iter().filter(|row| row.at_rest).copied().collect();
+    let still: Vec<&LogRow> = rows.iter().filter(|row| row.at_rest).copied().collect();
     let rows_used = if still.len() >= AT_REST { &still[..] } else { rows };
-    let residuals = |by: &SVector<f64, FREE>| -> Vec<Vector6<f64>> {
+    let residuals = |by: &SVector<f64, LINE_FIT_NUMBERS>| -> Vec<Vector6<f64>> {
         let frame = Pose {
-            position: by.fixed_rows::<3>(FRAME).into_owned(),
-            rotation: rotation_from_vector(&by.fixed_rows::<3>(FRAME + 3).into_owned()),
+            position: by.fixed_rows::<3>(FRAME_INDEX).into_owned(),
+            rotation: rotation_from_vector(&by.fixed_rows::<3>(FRAME_INDEX + 3).into_owned()),
         };
-        let of_row = |row: &&Row| {
+        let of_row = |row: &&LogRow| {
             let encoder = line(by).of(&row.encoder) + by.fixed_rows::<JOINTS>(0);
             let seen: PosePair = row.pose_pair(robot, &encoder)?;
             let (position, rotation) = seen.left(&frame, &Pose::identity());
             let mut left = Vector6::zeros();
             left.fixed_rows_mut::<3>(0).copy_from(&position);
-            left.fixed_rows_mut::<3>(3).copy_from(&(rotation * LEVER));
-            Some(left / NOISE)
+            left.fixed_rows_mut::<3>(3).copy_from(&(rotation * ROTATION_LENGTH));
+            Some(left / POSE_NOISE)
         };
         rows_used.iter().filter_map(of_row).collect()
     };
-    let mut by = SVector::<f64, FREE>::zeros();
+    let mut by = SVector::<f64, LINE_FIT_NUMBERS>::zeros();
     let mut fitted = 0.0;
-    for _ in 0..ITERATIONS {
+    for _ in 0..LINE_FIT_ITERATIONS {
         let Some((step, deviation)) = step(&residuals, &by, &usual) else {
             return (explanation, 0.0);
         };
@@ -178,37 +183,40 @@ pub(super) fn refined(
     }
     let turned = (offset + by[joint] + PI).rem_euclid(TAU) - PI;
     let offset = if offset == 0.0 { 0.0 } else { plain_angle(turned) };
-    let reading = Reading::Line(joint, slope * (1.0 + by[SLOPE]), offset);
+    let reading = EncoderReading::Line(joint, slope * (1.0 + by[SLOPE_INDEX]), offset);
     let identity = Pose::identity();
     let left = misfit(&pose_pairs(rows, robot, reading), &identity, &identity);
-    (Explanation { reading, left, ..explanation }, if is_whole(1.0) { 0.0 } else { fitted })
+    (ExplainedReading { reading, left, ..explanation }, if is_whole(1.0) { 0.0 } else { fitted })
 }
 
 /// Steps of Gauss–Newton.
-const ITERATIONS: usize = 20;
+const LINE_FIT_ITERATIONS: usize = 20;
 
 /// One step of Gauss–Newton with outliers weighted down, and the slope's deviation.
 fn step(
-    residuals: &dyn Fn(&SVector<f64, FREE>) -> Vec<Vector6<f64>>,
-    by: &SVector<f64, FREE>,
-    usual: &SVector<f64, FREE>,
-) -> Option<(SVector<f64, FREE>, f64)> {
+    residuals: &dyn Fn(&SVector<f64, LINE_FIT_NUMBERS>) -> Vec<Vector6<f64>>,
+    by: &SVector<f64, LINE_FIT_NUMBERS>,
+    usual: &SVector<f64, LINE_FIT_NUMBERS>,
+) -> Option<(SVector<f64, LINE_FIT_NUMBERS>, f64)> {
     /// For slopes of the residuals by differences.
     const BY: f64 = 1e-6;
     let now = residuals(by);
-    let varied: [Vec<Vector6<f64>>; FREE] = std::array::from_fn(|k| {
+    let varied: [Vec<Vector6<f64>>; LINE_FIT_NUMBERS] = std::array::from_fn(|k| {
         let mut by = *by;
         by[k] += BY;
         residuals(&by)
     });
-    let mut normal = SMatrix::<f64, FREE, FREE>::from_diagonal(&usual.map(|v| v.powi(-2)));
+    let mut normal = SMatrix::<f64, LINE_FIT_NUMBERS, LINE_FIT_NUMBERS>::from_diagonal(
+        &usual.map(|v| v.powi(-2)),
+    );
     let mut right = -by.component_div(&usual.component_mul(usual));
     let size = quantile(now.iter().map(Vector6::norm), 5)?.max(1.0);
     let (mut squares, mut count) = (0.0, 0.0);
     for (row, residual) in now.iter().enumerate() {
         let weight = (1.0 - (residual.norm() / (OUTLIER * size)).powi(2)).max(0.0).powi(2);
-        let slopes =
-            SMatrix::<f64, 6, FREE>::from_fn(|c, k| (varied[k][row][c] - residual[c]) / BY);
+        let slopes = SMatrix::<f64, 6, LINE_FIT_NUMBERS>::from_fn(|c, k| {
+            (varied[k][row][c] - residual[c]) / BY
+        });
         normal += slopes.transpose() * slopes * weight;
         right -= slopes.transpose() * residual * weight;
         squares += weight * residual.norm_squared();
@@ -217,5 +225,7 @@ fn step(
     let inverse = normal.try_inverse()?;
     let excess = (squares / f64::max(count, 1.0)).max(1.0);
     let step = inverse * right;
-    step.sum().is_finite().then(|| (step, (CORRELATED * excess * inverse[(SLOPE, SLOPE)]).sqrt()))
+    step.sum().is_finite().then(|| {
+        (step, (AUTOCORRELATION_INFLATION * excess * inverse[(SLOPE_INDEX, SLOPE_INDEX)]).sqrt())
+    })
 }

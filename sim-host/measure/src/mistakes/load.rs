@@ -3,27 +3,27 @@
 
 use super::payload::payload;
 use super::pose::{column, exchanged};
-use super::reading::NEAR;
-use super::refine::CORRELATED;
-use super::relation::{FACTOR, FEWEST, FOLLOWS, Sums};
-use super::rows::{Row, TorqueParts};
-use super::wrench::{self, UNDONE};
-use super::{Change, Evidence, Mistake, MistakeKind, spindle};
+use super::reading::WHOLE_SLOPE_TOLERANCE;
+use super::relation::{FACTOR, FOLLOWS, ProductSums, RELATION_ROWS_MIN};
+use super::rows::{LogRow, TorqueParts};
+use super::wrench::{self, UNDONE_ERROR_SHARE_MAX};
+use super::{MisfitEvidence, Mistake, MistakeKind, Remedy, spindle};
+use crate::AUTOCORRELATION_INFLATION;
 use crate::HALF_95;
 use crate::data::channel::LogChannel;
 use crate::data::log::Log;
-use crate::predict::Model;
+use crate::predict::BaselineModel;
 use nalgebra::{SMatrix, SVector};
 use trueweld_core::{JOINTS, JointVector, Robot};
 
 /// Torque or predicted torque below this share of the drive's limit says nothing.
-const FAINT: f64 = 0.01;
+const TELLING_TORQUE_SHARE_MIN: f64 = 0.01;
 
 /// Share of the squares that exchanged or reversed columns may leave.
-const LEFT: f64 = 0.1;
+const EXCHANGED_MISFIT_MAX: f64 = 0.1;
 
 /// Mistakes in torques, wrenches, spindle and payloads of logs whose poses are right.
-pub(super) fn find(logs: &[Log], rows: &[Vec<Row>], model: &Model) -> Vec<Mistake> {
+pub(super) fn find(logs: &[Log], rows: &[Vec<LogRow>], model: &BaselineModel) -> Vec<Mistake> {
     let mut found = torques(logs, rows, &model.robot);
     let wrenches = wrench::find(logs, rows, model);
     if wrenches.is_empty() {
@@ -42,17 +42,17 @@ fn names<'a>(logs: impl Iterator<Item = &'a Log>) -> Vec<String> {
 }
 
 /// Mistakes in motor torques, or in the encoders of logs without a tracker.
-fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> {
+fn torques(logs: &[Log], rows: &[Vec<LogRow>], robot: &Robot<f64>) -> Vec<Mistake> {
     let with: Vec<usize> = (0..logs.len())
         .filter(|k| logs[*k].samples.motor_torque.iter().any(Option::is_some))
         .collect();
-    let moved: Vec<&Row> = with.iter().flat_map(|k| &rows[*k]).collect();
-    if moved.len() < FEWEST {
+    let moved: Vec<&LogRow> = with.iter().flat_map(|k| &rows[*k]).collect();
+    if moved.len() < RELATION_ROWS_MIN {
         return Vec::new();
     }
     let in_logs = names(with.iter().map(|k| &logs[*k]));
     let predicted = |change: &dyn Fn(&JointVector<f64>) -> JointVector<f64>| {
-        let of = |row: &&Row| {
+        let of = |row: &&LogRow| {
             let [q, v, a] = row.motion().map(change);
             row.motor_torque(robot, [&q, &v, &a]).sum()
         };
@@ -60,19 +60,20 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
     };
     let plain = predicted(&|v| *v);
     let sums = |from: &[JointVector<f64>], i: usize, j: usize| {
-        Sums::of(from.iter().zip(&moved).map(|(x, row)| (x[i], row.torque[j])))
+        ProductSums::of(from.iter().zip(&moved).map(|(x, row)| (x[i], row.torque[j])))
     };
-    let own: Vec<Sums> = (0..JOINTS).map(|i| sums(&plain, i, i)).collect();
+    let own: Vec<ProductSums> = (0..JOINTS).map(|i| sums(&plain, i, i)).collect();
     let loud = |i: usize| {
-        own[i].count >= FEWEST && own[i].size() > FAINT * robot.parameters().joints[i].max_torque
+        own[i].count >= RELATION_ROWS_MIN
+            && own[i].size() > TELLING_TORQUE_SHARE_MIN * robot.parameters().joints[i].max_torque
     };
     let named = |kind, channel, columns: Vec<usize>, before: f64, after: f64, changes| Mistake {
         kind,
         channel,
         columns,
         logs: in_logs.clone(),
-        evidence: Evidence { before, after, unit: "N·m", channel: LogChannel::MotorTorque },
-        change: Change::Columns(changes),
+        evidence: MisfitEvidence { before, after, unit: "N·m", channel: LogChannel::MotorTorque },
+        change: Remedy::Columns(changes),
         lines: Vec::new(),
     };
     let mut found = encoders(logs, &with, &predicted, &sums, &own, &named);
@@ -91,7 +92,10 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
                 drive_scale(&parts, &moved, i, j).is_some_and(|[s, _]| (0.5..2.0).contains(&s))
             };
             let crosswise = like(a, b) && like(b, a) && !like(a, a) && !like(b, b);
-            if loud(a) && loud(b) && (swapped < LEFT * now || (crosswise && swapped < now)) {
+            if loud(a)
+                && loud(b)
+                && (swapped < EXCHANGED_MISFIT_MAX * now || (crosswise && swapped < now))
+            {
                 let changes = exchanged(torque, a, b, "Nm");
                 let (before, after) = (own[a].root(0.5 * now), own[a].root(0.5 * swapped));
                 let kind = MistakeKind::Exchanged;
@@ -129,9 +133,11 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
         if scaled.contains(&i) && whole.is_none() {
             // Seen from the joint: as many times as the model needs it to be.
             let deviation = scales[i].map_or(0.0, |[_, deviation]| deviation);
-            let fitted = HALF_95 * CORRELATED.sqrt() * deviation / slope.abs();
+            let fitted = HALF_95 * AUTOCORRELATION_INFLATION.sqrt() * deviation / slope.abs();
             let units = [("kNm", 1e3), ("Nmm", 1e-3)];
-            let is_plain = |factor: f64| (factor * slope.abs() - 1.0).abs() < fitted.max(NEAR);
+            let is_plain = |factor: f64| {
+                (factor * slope.abs() - 1.0).abs() < fitted.max(WHOLE_SLOPE_TOLERANCE)
+            };
             let unit = units.into_iter().find(|(_, factor)| is_plain(*factor));
             let (kind, change) = match unit {
                 Some((unit, _)) => (MistakeKind::Unit, column(torque, i, unit, slope.signum())),
@@ -143,20 +149,20 @@ fn torques(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Vec<Mistake> 
             let after = after / slope.abs();
             // Scaled down to nothing it would leave what the model predicts.
             let is_told = slope.abs() < 1.0 || after < own[i].root(own[i].xx);
-            if after < UNDONE * before && is_told {
+            if after < UNDONE_ERROR_SHARE_MAX * before && is_told {
                 found.push(named(kind, torque, vec![i], before, after, vec![change]));
             }
         } else if slope < 0.0 && !scaled.contains(&i) {
             let change = column(torque, i, "Nm", -1.0);
             let after = own[i].root(own[i].left(-1.0));
-            if after < UNDONE * before && !backwards {
+            if after < UNDONE_ERROR_SHARE_MAX * before && !backwards {
                 found.push(named(MistakeKind::Sign, torque, vec![i], before, after, vec![change]));
             }
         }
     }
     if let Some(whole) = whole {
         let unit = if whole < 1.0 { "kNm" } else { "Nmm" };
-        let sum = |of: &dyn Fn(&Sums) -> f64| {
+        let sum = |of: &dyn Fn(&ProductSums) -> f64| {
             (scaled.iter().map(|i| of(&own[*i]).powi(2)).sum::<f64>() / scaled.len() as f64).sqrt()
         };
         let before = sum(&|s| s.root(s.left(1.0)));
@@ -177,7 +183,7 @@ const CLEAR: f64 = 8.0;
 const BACKWARDS: usize = 2;
 
 /// True for a motion read backwards: it turns friction round, and not what inertia needs.
-fn is_backwards(parts: &[TorqueParts], rows: &[&Row]) -> bool {
+fn is_backwards(parts: &[TorqueParts], rows: &[&LogRow]) -> bool {
     let turned = |both: &[(f64, f64); 2]| {
         let [friction, inertia] = both.map(|(scale, weight)| scale * weight.sqrt());
         friction < -CLEAR && inertia > CLEAR
@@ -189,11 +195,11 @@ fn is_backwards(parts: &[TorqueParts], rows: &[&Row]) -> bool {
 /// A log whose rows stand in the wrong order.
 pub(super) fn read_backwards<'l>(
     logs: &'l [Log],
-    rows: &[Vec<Row>],
+    rows: &[Vec<LogRow>],
     robot: &Robot<f64>,
 ) -> Option<&'l Log> {
-    let moves = |(log, rows): (&'l Log, &Vec<Row>)| {
-        let rows: Vec<&Row> = rows.iter().collect();
+    let moves = |(log, rows): (&'l Log, &Vec<LogRow>)| {
+        let rows: Vec<&LogRow> = rows.iter().collect();
         let parts: Vec<TorqueParts> =
             rows.iter().map(|row| row.motor_torque(robot, row.motion())).collect();
         is_backwards(&parts, &rows).then_some(log)
@@ -205,7 +211,7 @@ pub(super) fn read_backwards<'l>(
 /// reciprocal of its variance.
 fn drive_scales(
     parts: &[TorqueParts],
-    rows: &[&Row],
+    rows: &[&LogRow],
     i: usize,
     j: usize,
 ) -> Option<[(f64, f64); 2]> {
@@ -226,13 +232,13 @@ fn drive_scales(
     (0..4).for_each(|k| normal[(k, k)] += least);
     let inverse = normal.try_inverse()?;
     let found = inverse * right;
-    let variance =
-        (squares - found.dot(&right)).max(0.0) / count.checked_sub(FEWEST)?.max(1) as f64;
+    let variance = (squares - found.dot(&right)).max(0.0)
+        / count.checked_sub(RELATION_ROWS_MIN)?.max(1) as f64;
     Some([2, 3].map(|k| (found[k], 1.0 / (variance * inverse[(k, k)]).max(1e-30))))
 }
 
 /// What is measured at joint `j` per what moves joint `i`, where that stands out, and its deviation.
-fn drive_scale(parts: &[TorqueParts], rows: &[&Row], i: usize, j: usize) -> Option<[f64; 2]> {
+fn drive_scale(parts: &[TorqueParts], rows: &[&LogRow], i: usize, j: usize) -> Option<[f64; 2]> {
     let both = drive_scales(parts, rows, i, j)?;
     let weight = both[0].1 + both[1].1;
     let scale = (both[0].0 * both[0].1 + both[1].0 * both[1].1) / weight;
@@ -241,20 +247,20 @@ fn drive_scale(parts: &[TorqueParts], rows: &[&Row], i: usize, j: usize) -> Opti
 }
 
 /// Torques that the model predicts with encoders read in some way.
-type Predicted<'a> =
+type PredictedTorques<'a> =
     dyn Fn(&dyn Fn(&JointVector<f64>) -> JointVector<f64>) -> Vec<JointVector<f64>> + 'a;
 
 /// Products of predicted and recorded torques, of a predicted and of a recorded joint.
-type Products<'a> = dyn Fn(&[JointVector<f64>], usize, usize) -> Sums + 'a;
+type Products<'a> = dyn Fn(&[JointVector<f64>], usize, usize) -> ProductSums + 'a;
 
 /// Encoders that count the other way or stand in each other's place, where no tracker says so: all
 /// torques then follow better.
 fn encoders(
     logs: &[Log],
     with: &[usize],
-    predicted: &Predicted<'_>,
+    predicted: &PredictedTorques<'_>,
     sums: &Products<'_>,
-    own: &[Sums],
+    own: &[ProductSums],
     named: &dyn Fn(
         MistakeKind,
         LogChannel,
@@ -316,7 +322,7 @@ fn encoders(
     best.into_iter()
         .map(|(_, mistake)| {
             // Shares of the squares, not torques.
-            let evidence = Evidence { unit: "1", ..mistake.evidence };
+            let evidence = MisfitEvidence { unit: "1", ..mistake.evidence };
             Mistake { evidence, ..mistake }
         })
         .collect()

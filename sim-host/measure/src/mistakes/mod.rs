@@ -24,10 +24,10 @@ mod write;
 
 use crate::data::channel::LogChannel;
 use crate::data::log::{ColumnMapping, Log, LogKind};
-use crate::predict::{Model, period};
+use crate::predict::{BaselineModel, period};
 use crate::register::{self, PosePair, Registration};
 use nalgebra::Vector3;
-use rows::Row;
+use rows::LogRow;
 use trueweld_core::Pose;
 use trueweld_plant::input::InputError;
 use trueweld_plant::simulate::Seam;
@@ -80,7 +80,7 @@ impl MistakeKind {
 
 /// What a residual was before a mistake is undone, and after.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Evidence {
+pub struct MisfitEvidence {
     /// Root mean square as the files are.
     pub before: f64,
     /// Root mean square with the mistake undone.
@@ -136,7 +136,7 @@ pub struct WrenchFrame {
 
 /// What undoes a mistake.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Change {
+pub enum Remedy {
     /// Lines under `[columns]` of the logs' `log.toml`.
     Columns(Vec<ColumnChange>),
     /// The table `[wrench]` of the logs' `log.toml`.
@@ -159,9 +159,9 @@ pub struct Mistake {
     /// Names of the logs that it is in.
     pub logs: Vec<String>,
     /// What shows it.
-    pub evidence: Evidence,
+    pub evidence: MisfitEvidence,
     /// What undoes it.
-    pub change: Change,
+    pub change: Remedy,
     /// The same as lines of `[columns]`, composed with those that the logs have; one entry where the
     /// same lines undo it in all logs.
     pub lines: Vec<ColumnLines>,
@@ -187,19 +187,19 @@ pub struct Found {
 
 /// Sampling period from which on times of a log in motion are not in seconds, s, unless a joint would
 /// turn faster in another unit than any does, rad/s.
-const SLOWEST: f64 = 0.25;
-const FASTEST: f64 = 20.0;
+const SAMPLING_PERIOD_MAX: f64 = 0.25;
+const JOINT_RATE_MAX: f64 = 20.0;
 
 /// Looks for gross mistakes. Trackers that stand elsewhere than the model's base are registered: their
 /// readings in `logs` are those of a tracker in B afterwards.
 ///
 /// # Errors
 /// A value, or a tool, that cannot be right, where no mistake explains it.
-pub fn find(logs: &mut [Log], model: &Model) -> Result<Found, InputError> {
-    let doubt = logs.iter().find_map(|log| log.doubt.clone());
-    let mut found = match (found(logs, model), doubt) {
-        (Ok(found), Some(doubt)) if found.mistakes.is_empty() => return Err(doubt),
-        (Err(_), Some(doubt)) => return Err(doubt),
+pub fn find(logs: &mut [Log], model: &BaselineModel) -> Result<Found, InputError> {
+    let implausible = logs.iter().find_map(|log| log.implausible.clone());
+    let mut found = match (found(logs, model), implausible) {
+        (Ok(found), Some(implausible)) if found.mistakes.is_empty() => return Err(implausible),
+        (Err(_), Some(implausible)) => return Err(implausible),
         (found, _) => found?,
     };
     for mistake in &mut found.mistakes {
@@ -208,13 +208,13 @@ pub fn find(logs: &mut [Log], model: &Model) -> Result<Found, InputError> {
     Ok(found)
 }
 
-fn found(logs: &mut [Log], model: &Model) -> Result<Found, InputError> {
+fn found(logs: &mut [Log], model: &BaselineModel) -> Result<Found, InputError> {
     let mut found = Found::default();
     found.mistakes.extend(time_units(logs));
     if !found.mistakes.is_empty() {
         return Ok(found);
     }
-    let mut rows: Vec<Vec<Row>> = logs.iter().map(Row::of).collect();
+    let mut rows: Vec<Vec<LogRow>> = logs.iter().map(LogRow::of).collect();
     let names: Vec<&str> = logs.iter().map(|log| log.name.as_str()).collect();
     let of_poses = pose::find(&names, &rows, &model.robot);
     if let Some((log, misfit)) = of_poses.lost {
@@ -235,7 +235,7 @@ fn found(logs: &mut [Log], model: &Model) -> Result<Found, InputError> {
     if found.mistakes.is_empty() {
         // With the trackers where they belong.
         if !found.registered.is_empty() {
-            rows = logs.iter().map(Row::of).collect();
+            rows = logs.iter().map(LogRow::of).collect();
         }
         found.mistakes.extend(second::find(logs));
         found.mistakes.extend(load::find(logs, &rows, model));
@@ -264,23 +264,25 @@ fn found(logs: &mut [Log], model: &Model) -> Result<Found, InputError> {
 
 /// Why a weld log is none of its seam: its tool was nowhere near it, went the other way, or pressed
 /// where there is no plate.
-fn off_its_weld(log: &Log, rows: &[Row], model: &Model) -> Option<InputError> {
+fn off_its_weld(log: &Log, rows: &[LogRow], model: &BaselineModel) -> Option<InputError> {
     /// What a tool may be beside the seam, or go backwards along it, m: a taught path is off by
     /// millimetres.
-    const NEAR: f64 = 0.1;
+    const SEAM_DISTANCE_MAX: f64 = 0.1;
     let weld = log.weld.as_ref().filter(|_| log.kind == LogKind::Weld)?;
     let seam = Seam::of(weld);
     let place =
-        |row: &Row| seam.place(&model.robot.forward_kinematics(&row.encoder).position).position;
-    let away = |row: &Row| {
+        |row: &LogRow| seam.place(&model.robot.forward_kinematics(&row.encoder).position).position;
+    let away = |row: &LogRow| {
         let at = place(row);
         (at - Vector3::x() * at.x.clamp(0.0, seam.length)).norm()
     };
-    if let Some(away) = refine::quantile(rows.iter().map(away), 5).filter(|away| *away > NEAR) {
+    if let Some(away) =
+        refine::quantile(rows.iter().map(away), 5).filter(|away| *away > SEAM_DISTANCE_MAX)
+    {
         return Some(log.of_another_weld(away));
     }
     let travel = place(rows.last()?).x - place(rows.first()?).x;
-    if travel < -NEAR.min(0.5 * seam.length) {
+    if travel < -SEAM_DISTANCE_MAX.min(0.5 * seam.length) {
         return Some(log.against_its_weld(-travel));
     }
     let far = far_from_surface(log, &seam, weld.force)?;
@@ -305,7 +307,7 @@ fn far_from_surface(log: &Log, seam: &Seam, push: f64) -> Option<f64> {
 
 /// Where the trackers of some logs stand: one that all of them share, or where that leaves much, one
 /// for each log that tells.
-pub fn registrations(logs: &[Log], model: &Model) -> Vec<Registered> {
+pub fn registrations(logs: &[Log], model: &BaselineModel) -> Vec<Registered> {
     /// What one tracker may leave, m, before each log gets its own.
     const SHARED: f64 = 3e-3;
     let seen: Vec<Vec<PosePair>> = logs.iter().map(|log| pose::seen(log, &model.robot)).collect();
@@ -342,15 +344,15 @@ pub fn registrations(logs: &[Log], model: &Model) -> Vec<Registered> {
 
 /// Logs in motion whose times are not in seconds.
 fn time_units(logs: &[Log]) -> Vec<Mistake> {
-    let slow = |log: &&Log| log.kind != LogKind::StaticLoad && period(log) >= SLOWEST;
+    let slow = |log: &&Log| log.kind != LogKind::StaticLoad && period(log) >= SAMPLING_PERIOD_MAX;
     let mut slow: Vec<&Log> = logs.iter().filter(slow).collect();
     let Some(step) = slow.iter().map(|log| period(log)).reduce(f64::max) else {
         return Vec::new();
     };
-    let (unit, factor) = if step < SLOWEST * 1e3 { ("ms", 1e-3) } else { ("us", 1e-6) };
+    let (unit, factor) = if step < SAMPLING_PERIOD_MAX * 1e3 { ("ms", 1e-3) } else { ("us", 1e-6) };
     slow.retain(|log| {
         let turned = log.samples.encoder.windows(2).map(|q| (q[1] - q[0]).amax());
-        turned.fold(0.0, f64::max) < FASTEST * factor * period(log)
+        turned.fold(0.0, f64::max) < JOINT_RATE_MAX * factor * period(log)
     });
     if slow.is_empty() {
         return Vec::new();
@@ -360,13 +362,13 @@ fn time_units(logs: &[Log]) -> Vec<Mistake> {
         channel: LogChannel::Time,
         columns: Vec::new(),
         logs: slow.iter().map(|log| log.name.clone()).collect(),
-        evidence: Evidence {
+        evidence: MisfitEvidence {
             before: step,
             after: step * factor,
             unit: "s",
             channel: LogChannel::Time,
         },
-        change: Change::Columns(vec![pose::column(LogChannel::Time, 0, unit, 1.0)]),
+        change: Remedy::Columns(vec![pose::column(LogChannel::Time, 0, unit, 1.0)]),
         lines: Vec::new(),
     }]
 }

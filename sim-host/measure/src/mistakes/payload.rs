@@ -1,8 +1,8 @@
 //! A payload that nobody wrote down.
 
-use super::relation::FEWEST;
-use super::rows::Row;
-use super::{Change, Evidence, Mistake, MistakeKind};
+use super::relation::RELATION_ROWS_MIN;
+use super::rows::LogRow;
+use super::{MisfitEvidence, Mistake, MistakeKind, Remedy};
 use crate::data::channel::LogChannel;
 use crate::data::log::{Log, LogKind, Payload};
 use crate::predict::hung;
@@ -14,11 +14,11 @@ const HEAVY: f64 = 30.0;
 
 /// Share of the squares that a mass may leave of all joints, and of all but the one that it is seen
 /// best at: what one joint does alone is another thing.
-const CARRIED: f64 = 0.04;
+const PAYLOAD_MISFIT_MAX: f64 = 0.04;
 const CARRIED_BY_OTHERS: f64 = 0.5;
 
 /// A mass that nobody wrote down.
-pub(super) fn payload(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Option<Mistake> {
+pub(super) fn payload(logs: &[Log], rows: &[Vec<LogRow>], robot: &Robot<f64>) -> Option<Mistake> {
     let centre = robot.parameters().tool.com_from_flange;
     let tracked = logs.iter().zip(rows).filter(|(log, _)| {
         log.kind == LogKind::StaticLoad
@@ -32,7 +32,7 @@ pub(super) fn payload(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Op
         let sagged = rows.iter().filter_map(|row| {
             let seen = row.pose_pair(robot, &row.encoder)?;
             let weight = row.weight(robot, &row.encoder, HEAVY, &centre);
-            let hung = Row { wrench: row.wrench + weight, ..row.clone() };
+            let hung = LogRow { wrench: row.wrench + weight, ..row.clone() };
             let hung = hung.pose_pair(robot, &row.encoder)?;
             let per_kg = (hung.nominal.position - seen.nominal.position) / HEAVY;
             Some((row.encoder, per_kg, seen.position - seen.nominal.position))
@@ -52,19 +52,19 @@ pub(super) fn payload(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Op
     let carried = carried(logs, rows, robot).filter(|(mass, _)| !is_denied(rows, robot, *mass));
     let (mass, evidence, change) = if let Some((mass, evidence)) = carried {
         names = logs.iter().map(|log| log.name.clone()).collect();
-        (mass, evidence, Change::ToolMass(robot.parameters().tool.mass + mass))
+        (mass, evidence, Remedy::ToolMass(robot.parameters().tool.mass + mass))
     } else {
         let sum = |of: &dyn Fn(&(f64, f64, f64)) -> f64| at_rest.iter().map(of).sum::<f64>();
         let (all, left) = (sum(&|p| p.1), sum(&|p| p.2));
         let range = |sign: f64| at_rest.iter().map(|p| sign * p.0).fold(0.0, f64::max);
         let mass = range(1.0) + range(-1.0);
         let root = |sum: f64| (sum / at_rest.len().max(1) as f64).sqrt();
-        if at_rest.len() < FEWEST / 2 || mass < HEAVY || left > 0.3 * all {
+        if at_rest.len() < RELATION_ROWS_MIN / 2 || mass < HEAVY || left > 0.3 * all {
             return None;
         }
         let channel = LogChannel::Position;
-        let evidence = Evidence { before: root(all), after: root(left), unit: "m", channel };
-        (mass, evidence, Change::PayloadColumns(mass))
+        let evidence = MisfitEvidence { before: root(all), after: root(left), unit: "m", channel };
+        (mass, evidence, Remedy::PayloadColumns(mass))
     };
     (mass > HEAVY).then_some(Mistake {
         kind: MistakeKind::Payload,
@@ -78,12 +78,12 @@ pub(super) fn payload(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Op
 }
 
 /// True where the arm at rest stands as it does without a mass at the tool, kg.
-fn is_denied(rows: &[Vec<Row>], robot: &Robot<f64>, mass: f64) -> bool {
+fn is_denied(rows: &[Vec<LogRow>], robot: &Robot<f64>, mass: f64) -> bool {
     let centre = robot.parameters().tool.com_from_flange;
     let (mut without, mut with) = (0.0, 0.0);
     for row in rows.iter().flatten().filter(|row| row.at_rest) {
         let weight = row.weight(robot, &row.encoder, mass, &centre);
-        let hung = Row { wrench: row.wrench + weight, ..row.clone() };
+        let hung = LogRow { wrench: row.wrench + weight, ..row.clone() };
         let seen = [row, &hung].map(|row| row.pose_pair(robot, &row.encoder));
         if let [Some(seen), Some(hung)] = seen {
             without += (seen.position - seen.nominal.position).norm_squared();
@@ -94,7 +94,11 @@ fn is_denied(rows: &[Vec<Row>], robot: &Robot<f64>, mass: f64) -> bool {
 }
 
 /// A mass, kg, that the motors carry besides, wherever its centre is.
-fn carried(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Option<(f64, Evidence)> {
+fn carried(
+    logs: &[Log],
+    rows: &[Vec<LogRow>],
+    robot: &Robot<f64>,
+) -> Option<(f64, MisfitEvidence)> {
     /// How far the centre is moved for the torque of a first moment, m.
     const ARM: f64 = 0.1;
     let tool = &robot.parameters().tool;
@@ -134,12 +138,13 @@ fn carried(logs: &[Log], rows: &[Vec<Row>], robot: &Robot<f64>) -> Option<(f64, 
     let alone = (squares - left_of).imax();
     let others = [squares, left_of].map(|s| s.sum() - s[alone]);
     let (squares, left) = (squares.sum(), left_of.sum());
-    let stands_out = count >= FEWEST
+    let stands_out = count >= RELATION_ROWS_MIN
         && found[0] > HEAVY
-        && left < CARRIED * squares
+        && left < PAYLOAD_MISFIT_MAX * squares
         && others[1] < CARRIED_BY_OTHERS * others[0];
     let root = |sum: f64| (sum / count.max(1) as f64).sqrt();
     let channel = LogChannel::MotorTorque;
-    let evidence = Evidence { before: root(squares), after: root(left), unit: "N·m", channel };
+    let evidence =
+        MisfitEvidence { before: root(squares), after: root(left), unit: "N·m", channel };
     stands_out.then_some((found[0], evidence))
 }

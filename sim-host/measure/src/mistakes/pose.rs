@@ -6,10 +6,11 @@
 
 use super::line;
 use super::reading::{
-    AT_REST, Best, Explanation, NEAR, Reading, Tracker, misfit, near, pose_pairs, with,
+    AT_REST, Best, EncoderReading, ExplainedReading, Tracker, WHOLE_SLOPE_TOLERANCE, misfit, near,
+    pose_pairs, with,
 };
-use super::rows::Row;
-use super::{Change, ColumnChange, Evidence, Mistake, MistakeKind};
+use super::rows::LogRow;
+use super::{ColumnChange, MisfitEvidence, Mistake, MistakeKind, Remedy};
 use crate::data::channel::LogChannel;
 use crate::data::log::Log;
 use crate::register::{self, PosePair, Registration};
@@ -21,14 +22,14 @@ use trueweld_plant::input::unit_suffix;
 const GROSS: f64 = 0.015;
 
 /// Largest share of the misfit that an explanation leaves.
-const LEFT: f64 = 0.3;
+const EXPLAINED_MISFIT_SHARE_MAX: f64 = 0.3;
 
 /// Misfit of pose that is not left to physics where nothing explains it, m.
-const LOST: f64 = 0.05;
+const EXPLAINED_MISFIT_MIN: f64 = 0.05;
 
 /// What a log saw of the tool.
 pub(super) fn seen(log: &Log, robot: &Robot<f64>) -> Vec<PosePair> {
-    pose_pairs(&Row::of(log).iter().collect::<Vec<_>>(), robot, Reading::Plain)
+    pose_pairs(&LogRow::of(log).iter().collect::<Vec<_>>(), robot, EncoderReading::Plain)
 }
 
 /// What poses say of some logs.
@@ -44,10 +45,10 @@ pub(super) struct OfPoses {
 }
 
 /// Mistakes in encoders and tracker, and trackers that stand elsewhere.
-pub(super) fn find(names: &[&str], rows: &[Vec<Row>], robot: &Robot<f64>) -> OfPoses {
+pub(super) fn find(names: &[&str], rows: &[Vec<LogRow>], robot: &Robot<f64>) -> OfPoses {
     let before = |k: &usize| {
-        let rows: Vec<&Row> = rows[*k].iter().collect();
-        let seen = pose_pairs(&rows, robot, Reading::Plain);
+        let rows: Vec<&LogRow> = rows[*k].iter().collect();
+        let seen = pose_pairs(&rows, robot, EncoderReading::Plain);
         if seen.is_empty() { 0.0 } else { misfit(&seen, &Pose::identity(), &Pose::identity()) }
     };
     let gross: Vec<usize> = (0..rows.len()).filter(|k| before(k) > GROSS).collect();
@@ -55,7 +56,7 @@ pub(super) fn find(names: &[&str], rows: &[Vec<Row>], robot: &Robot<f64>) -> OfP
         return OfPoses::default();
     }
     // One explanation for all of them, or one for each.
-    let all: Vec<&Row> = gross.iter().flat_map(|k| &rows[*k]).collect();
+    let all: Vec<&LogRow> = gross.iter().flat_map(|k| &rows[*k]).collect();
     let explained = match explain(&all, robot) {
         Some(explanation) => {
             vec![(whole(rows, robot, &gross, &explanation), all, explanation)]
@@ -63,21 +64,22 @@ pub(super) fn find(names: &[&str], rows: &[Vec<Row>], robot: &Robot<f64>) -> OfP
         None => gross
             .iter()
             .filter_map(|k| {
-                let own: Vec<&Row> = rows[*k].iter().collect();
+                let own: Vec<&LogRow> = rows[*k].iter().collect();
                 let explanation = explain(&own, robot)?;
                 Some((vec![*k], own, explanation))
             })
             .collect(),
     };
-    let is_lost =
-        |k: &&usize| before(k) > LOST && !explained.iter().any(|(logs, ..)| logs.contains(k));
+    let is_lost = |k: &&usize| {
+        before(k) > EXPLAINED_MISFIT_MIN && !explained.iter().any(|(logs, ..)| logs.contains(k))
+    };
     if let Some(lost) = gross.iter().find(is_lost) {
         return OfPoses { lost: Some((*lost, before(lost))), ..OfPoses::default() };
     }
     let (mut mistakes, mut registered) = (Vec::new(), Vec::new());
     for (logs, rows, explanation) in explained {
         let (explanation, fitted) = line::refined(explanation, &rows, robot);
-        let plain = pose_pairs(&rows, robot, Reading::Plain);
+        let plain = pose_pairs(&rows, robot, EncoderReading::Plain);
         let before = misfit(&plain, &Pose::identity(), &Pose::identity());
         let in_logs: Vec<String> = logs.iter().map(|k| names[*k].to_owned()).collect();
         let named = |kind, channel, columns: Vec<usize>, changes: Vec<ColumnChange>| Mistake {
@@ -85,13 +87,13 @@ pub(super) fn find(names: &[&str], rows: &[Vec<Row>], robot: &Robot<f64>) -> OfP
             channel,
             columns,
             logs: in_logs.clone(),
-            evidence: Evidence {
+            evidence: MisfitEvidence {
                 before,
                 after: explanation.left,
                 unit: "m",
                 channel: LogChannel::Position,
             },
-            change: Change::Columns(changes),
+            change: Remedy::Columns(changes),
             lines: Vec::new(),
         };
         mistakes.extend(of_encoders(explanation.reading, fitted, &named));
@@ -121,13 +123,13 @@ pub(super) fn find(names: &[&str], rows: &[Vec<Row>], robot: &Robot<f64>) -> OfP
 /// The logs that an explanation is of: also those in which it hardly shows, unless one says that it
 /// is not so.
 fn whole(
-    rows: &[Vec<Row>],
+    rows: &[Vec<LogRow>],
     robot: &Robot<f64>,
     gross: &[usize],
-    explanation: &Explanation,
+    explanation: &ExplainedReading,
 ) -> Vec<usize> {
     let read = |k: &usize| {
-        let rows: Vec<&Row> = rows[*k].iter().collect();
+        let rows: Vec<&LogRow> = rows[*k].iter().collect();
         let seen = pose_pairs(&rows, robot, explanation.reading);
         if seen.is_empty() { 0.0 } else { misfit(&seen, &Pose::identity(), &Pose::identity()) }
     };
@@ -169,27 +171,27 @@ fn short(column: &'static str) -> &'static str {
 
 /// The mistakes that a reading of the encoders undoes; `fitted`: what a fitted slope is known to.
 fn of_encoders(
-    reading: Reading,
+    reading: EncoderReading,
     fitted: f64,
     named: &dyn Fn(MistakeKind, LogChannel, Vec<usize>, Vec<ColumnChange>) -> Mistake,
 ) -> Vec<Mistake> {
     let encoder = LogChannel::Encoder;
     let plain = |i: usize, factor: f64| column(encoder, i, "rad", factor);
     match reading {
-        Reading::Plain => Vec::new(),
-        Reading::Signs(set) => (0..JOINTS)
+        EncoderReading::Plain => Vec::new(),
+        EncoderReading::Signs(set) => (0..JOINTS)
             .filter(|i| set & (1 << i) != 0)
             .map(|i| named(MistakeKind::Sign, encoder, vec![i], vec![plain(i, -1.0)]))
             .collect(),
-        Reading::Exchanged(a, b) => {
+        EncoderReading::Exchanged(a, b) => {
             let changes = exchanged(encoder, a, b, "rad");
             vec![named(MistakeKind::Exchanged, encoder, vec![a, b], changes)]
         }
-        Reading::Scaled(factor) => {
+        EncoderReading::Scaled(factor) => {
             let changes = (0..JOINTS).map(|i| in_degrees(plain(i, 1.0), factor)).collect();
             vec![named(MistakeKind::Unit, encoder, Vec::new(), changes)]
         }
-        Reading::Line(i, slope, offset) => {
+        EncoderReading::Line(i, slope, offset) => {
             let change = ColumnChange { offset, ..in_degrees(plain(i, slope), slope.abs()) };
             let degrees = change.unit == "deg";
             let change = if degrees {
@@ -199,7 +201,7 @@ fn of_encoders(
             };
             let kind = if degrees {
                 MistakeKind::Unit
-            } else if (slope.abs() - 1.0).abs() > 2.0 * NEAR {
+            } else if (slope.abs() - 1.0).abs() > 2.0 * WHOLE_SLOPE_TOLERANCE {
                 MistakeKind::GearSide
             } else if slope < 0.0 {
                 MistakeKind::Sign
@@ -223,27 +225,27 @@ fn in_degrees(change: ColumnChange, factor: f64) -> ColumnChange {
 }
 
 /// What explains the poses of some rows; `None` where nothing does.
-fn explain(rows: &[&Row], robot: &Robot<f64>) -> Option<Explanation> {
-    let plain = pose_pairs(rows, robot, Reading::Plain);
+fn explain(rows: &[&LogRow], robot: &Robot<f64>) -> Option<ExplainedReading> {
+    let plain = pose_pairs(rows, robot, EncoderReading::Plain);
     let before = with(&plain, Tracker::Plain)?.left;
-    let registered = |reading: Reading| {
+    let registered = |reading: EncoderReading| {
         let seen = pose_pairs(rows, robot, reading);
         // An arm in motion bends by more than its load at rest: where there are poses at rest, they
         // tell the frame.
-        let still: Vec<&Row> = rows.iter().filter(|row| row.at_rest).copied().collect();
+        let still: Vec<&LogRow> = rows.iter().filter(|row| row.at_rest).copied().collect();
         let still = pose_pairs(&still, robot, reading);
         let of_still = (still.len() >= AT_REST).then(|| register::frame(&still)).flatten();
         let of = |found| with(&seen, Tracker::Registered(found));
         let (of_still, of_all) = (of_still.and_then(of), register::frame(&seen).and_then(of));
         let found = of_still.filter(|e| e.left < GROSS).or(of_all)?;
-        Some(Explanation { reading, ..found })
+        Some(ExplainedReading { reading, ..found })
     };
     // The simplest first: one thing wrong, then a tracker elsewhere, then both.
-    let mut best = Best { limit: (LEFT * before).min(GROSS), found: None };
+    let mut best = Best { limit: (EXPLAINED_MISFIT_SHARE_MAX * before).min(GROSS), found: None };
     let readings = readings();
     for reading in &readings {
         let seen = pose_pairs(rows, robot, *reading);
-        best.take(with(&seen, Tracker::Plain).map(|e| Explanation { reading: *reading, ..e }));
+        best.take(with(&seen, Tracker::Plain).map(|e| ExplainedReading { reading: *reading, ..e }));
     }
     for factor in [1e-3, 1e3] {
         best.take(with(&plain, Tracker::Scaled(factor)));
@@ -251,7 +253,7 @@ fn explain(rows: &[&Row], robot: &Robot<f64>) -> Option<Explanation> {
     for joint in 0..JOINTS {
         best.take(line::find(rows, robot, joint));
     }
-    best.take(registered(Reading::Plain));
+    best.take(registered(EncoderReading::Plain));
     if best.found.is_none() {
         (0..3).for_each(|axis| best.take(with(&plain, Tracker::Mirrored(axis))));
     }
@@ -265,11 +267,12 @@ fn explain(rows: &[&Row], robot: &Robot<f64>) -> Option<Explanation> {
 }
 
 /// Every reading that changes whole joints.
-fn readings() -> Vec<Reading> {
+fn readings() -> Vec<EncoderReading> {
     // Fewer reversed axes before more.
     let mut sets: Vec<u8> = (1..1 << JOINTS).collect();
     sets.sort_by_key(|set| set.count_ones());
-    let pairs = (0..JOINTS).flat_map(|a| (a + 1..JOINTS).map(move |b| Reading::Exchanged(a, b)));
-    let scales = [PI / 180.0, 180.0 / PI].map(Reading::Scaled);
-    sets.into_iter().map(Reading::Signs).chain(pairs).chain(scales).collect()
+    let pairs =
+        (0..JOINTS).flat_map(|a| (a + 1..JOINTS).map(move |b| EncoderReading::Exchanged(a, b)));
+    let scales = [PI / 180.0, 180.0 / PI].map(EncoderReading::Scaled);
+    sets.into_iter().map(EncoderReading::Signs).chain(pairs).chain(scales).collect()
 }

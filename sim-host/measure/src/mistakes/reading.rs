@@ -1,6 +1,6 @@
 //! How encoders and tracker may have to be read, and what a reading leaves of the poses.
 
-use super::rows::Row;
+use super::rows::LogRow;
 use crate::register::{PosePair, Registration};
 use trueweld_core::{JOINTS, JointVector, Pose, Robot};
 
@@ -11,11 +11,11 @@ pub(super) const AT_REST: usize = 8;
 const OUTLIERS: f64 = 0.1;
 
 /// How near to a whole sign or unit a slope must lie.
-pub(super) const NEAR: f64 = 0.02;
+pub(super) const WHOLE_SLOPE_TOLERANCE: f64 = 0.02;
 
 /// How the encoders are to be read.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Reading {
+pub(super) enum EncoderReading {
     /// As they are.
     Plain,
     /// Joints of this set, a bit each, the other way.
@@ -28,7 +28,7 @@ pub(super) enum Reading {
     Line(usize, f64, f64),
 }
 
-impl Reading {
+impl EncoderReading {
     pub fn of(self, read: &JointVector<f64>) -> JointVector<f64> {
         let mut q = *read;
         match self {
@@ -61,14 +61,18 @@ pub(super) enum Tracker {
 
 /// An explanation and what it leaves, m.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Explanation {
-    pub reading: Reading,
+pub(super) struct ExplainedReading {
+    pub reading: EncoderReading,
     pub tracker: Tracker,
     pub left: f64,
 }
 
 /// What was seen of some rows, encoders read in one way.
-pub(super) fn pose_pairs(rows: &[&Row], robot: &Robot<f64>, reading: Reading) -> Vec<PosePair> {
+pub(super) fn pose_pairs(
+    rows: &[&LogRow],
+    robot: &Robot<f64>,
+    reading: EncoderReading,
+) -> Vec<PosePair> {
     rows.iter().filter_map(|row| row.pose_pair(robot, &reading.of(&row.encoder))).collect()
 }
 
@@ -81,11 +85,11 @@ pub(super) fn misfit(pose_pairs: &[PosePair], frame: &Pose<f64>, tool: &Pose<f64
 }
 
 /// What is left with the tracker read in one way; nothing where it does not apply.
-pub(super) fn with(seen: &[PosePair], tracker: Tracker) -> Option<Explanation> {
+pub(super) fn with(seen: &[PosePair], tracker: Tracker) -> Option<ExplainedReading> {
     let identity = Pose::identity();
     let of = |tracker, left: f64| {
-        let reading = Reading::Plain;
-        left.is_finite().then_some(Explanation { reading, tracker, left })
+        let reading = EncoderReading::Plain;
+        left.is_finite().then_some(ExplainedReading { reading, tracker, left })
     };
     match tracker {
         Tracker::Plain => of(tracker, misfit(seen, &identity, &identity)),
@@ -114,11 +118,11 @@ pub(super) fn with(seen: &[PosePair], tracker: Tracker) -> Option<Explanation> {
 pub(super) struct Best {
     /// What it may leave at most, m.
     pub limit: f64,
-    pub found: Option<Explanation>,
+    pub found: Option<ExplainedReading>,
 }
 
 impl Best {
-    pub fn take(&mut self, other: Option<Explanation>) {
+    pub fn take(&mut self, other: Option<ExplainedReading>) {
         let other = other.filter(|e| e.left < self.limit);
         if let Some(other) = other
             && self.found.is_none_or(|best| other.left < 0.5 * best.left)
@@ -140,5 +144,5 @@ pub(super) fn plain_angle(angle: f64) -> f64 {
 
 /// True for a value that is a whole one, but for what noise makes.
 pub(super) fn near(value: f64, whole: f64) -> bool {
-    (value / whole - 1.0).abs() < NEAR
+    (value / whole - 1.0).abs() < WHOLE_SLOPE_TOLERANCE
 }

@@ -5,46 +5,40 @@
 //! compare, each over its noise, against the arm as the model bends it.
 
 use super::Registered;
-use crate::HALF_95;
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::{NoiseLevels, instruments};
-use crate::predict::{Compared, Experiment, Model, Quantity};
-use crate::register::{Mounting, Registration};
+use crate::predict::{BaselineModel, Compared, ComparedQuantity, PreparedLog};
+use crate::register::{Mounting, REGISTRATION_NUMBERS, Registration};
+use crate::{AUTOCORRELATION_INFLATION, HALF_95};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use trueweld_core::Pose;
 use trueweld_core::spatial::{rotation_from_vector, skew};
-
-/// Frame (position, rotation vector), then tool (position, rotation vector).
-const FREE: usize = 12;
 
 /// Residuals beyond so many times their median are outliers.
 pub(super) const OUTLIER: f64 = 6.0;
 
 /// Median of the residuals over their noise up to which the model explains a log: of normal ones it
 /// is 0.67.
-const EXPLAINED: f64 = 0.9;
-
-/// What residuals that follow each other count less than as many independent ones.
-pub(super) const CORRELATED: f64 = 4.0;
+const EXPLAINED_MEDIAN_MAX: f64 = 0.9;
 
 /// Refines what was found of the trackers of `logs`, whose readings are taken to B already. They are
 /// taken on, and `registered` with them. Logs that cannot be predicted have no say.
-pub(super) fn refine(logs: &mut [Log], registered: &mut [Registered], model: &Model) {
+pub(super) fn refine(logs: &mut [Log], registered: &mut [Registered], model: &BaselineModel) {
     let levels = instruments(logs);
     for found in registered {
-        let mut normal = SMatrix::<f64, FREE, FREE>::zeros();
-        let mut right = SVector::<f64, FREE>::zeros();
+        let mut normal = SMatrix::<f64, REGISTRATION_NUMBERS, REGISTRATION_NUMBERS>::zeros();
+        let mut right = SVector::<f64, REGISTRATION_NUMBERS>::zeros();
         let (mut squares, mut count) = (0.0, 0.0);
         let own = |(log, _): &(&Log, &NoiseLevels)| found.logs.contains(&log.name);
         let of_logs = logs.iter().zip(&levels).filter(own).filter_map(|(log, levels)| {
             let rows = slopes(log, levels, model)?;
             Some((log.kind, unexplained(&rows)?, rows))
         });
-        let of_logs: Vec<(LogKind, f64, Vec<Row>)> = of_logs.collect();
+        let of_logs: Vec<(LogKind, f64, Vec<RegistrationRow>)> = of_logs.collect();
         // An arm in motion that the model does not explain is off by more than its load at rest.
         let at_rest = of_logs.iter().any(|(kind, ..)| *kind == LogKind::StaticLoad);
-        let counts = |(kind, left, _): &&(LogKind, f64, Vec<Row>)| {
-            !at_rest || *kind == LogKind::StaticLoad || *left < EXPLAINED
+        let counts = |(kind, left, _): &&(LogKind, f64, Vec<RegistrationRow>)| {
+            !at_rest || *kind == LogKind::StaticLoad || *left < EXPLAINED_MEDIAN_MAX
         };
         for (_, _, rows) in of_logs.iter().filter(counts) {
             // What is left of the frame is no outlier.
@@ -60,7 +54,7 @@ pub(super) fn refine(logs: &mut [Log], registered: &mut [Registered], model: &Mo
         }
         // The tool's offset stays nothing where it was not looked for.
         let looked_for = |k: usize| k < 6 || found.registration.tool_interval[k - 6] > 0.0;
-        for k in (0..FREE).filter(|k| !looked_for(*k)) {
+        for k in (0..REGISTRATION_NUMBERS).filter(|k| !looked_for(*k)) {
             normal.row_mut(k).fill(0.0);
             normal.column_mut(k).fill(0.0);
             normal[(k, k)] = 1.0;
@@ -79,7 +73,9 @@ pub(super) fn refine(logs: &mut [Log], registered: &mut [Registered], model: &Mo
         let mounting = &mut found.registration.mounting;
         let turn = mounting.frame.rotation;
         *mounting = *mounting * by;
-        let covariance = factor.inverse() * CORRELATED * (squares / f64::max(count, 1.0)).max(1.0);
+        let covariance = factor.inverse()
+            * AUTOCORRELATION_INFLATION
+            * (squares / f64::max(count, 1.0)).max(1.0);
         intervals(&mut found.registration, &covariance, &turn);
         for log in logs.iter_mut().filter(|log| found.logs.contains(&log.name)) {
             log.register(&by, &model.robot);
@@ -88,7 +84,7 @@ pub(super) fn refine(logs: &mut [Log], registered: &mut [Registered], model: &Mo
 }
 
 /// Median of what no frame takes out of the residuals of a log.
-fn unexplained(rows: &[Row]) -> Option<f64> {
+fn unexplained(rows: &[RegistrationRow]) -> Option<f64> {
     let mut normal = SMatrix::<f64, 6, 6>::zeros();
     let mut right = SVector::<f64, 6>::zeros();
     for (slope, residual) in rows {
@@ -113,7 +109,7 @@ pub(super) fn quantile(values: impl Iterator<Item = f64>, tenths: usize) -> Opti
 /// Takes over the intervals of a covariance in axes of B; `turn`: to the tracker's.
 fn intervals(
     registration: &mut Registration,
-    covariance: &SMatrix<f64, FREE, FREE>,
+    covariance: &SMatrix<f64, REGISTRATION_NUMBERS, REGISTRATION_NUMBERS>,
     turn: &Matrix3<f64>,
 ) {
     for part in [0, 3] {
@@ -129,11 +125,11 @@ fn intervals(
 }
 
 /// Slopes of a value by frame and tool's offset, over its noise, and its residual.
-type Row = (SVector<f64, FREE>, f64);
+type RegistrationRow = (SVector<f64, REGISTRATION_NUMBERS>, f64);
 
 /// Every component of a pose that a log compares. `None` where the log cannot be predicted.
-fn slopes(log: &Log, levels: &NoiseLevels, model: &Model) -> Option<Vec<Row>> {
-    let experiment = Experiment::new(log, levels, model).ok()?;
+fn slopes(log: &Log, levels: &NoiseLevels, model: &BaselineModel) -> Option<Vec<RegistrationRow>> {
+    let experiment = PreparedLog::new(log, levels, model).ok()?;
     let residual = experiment.predict(model, &[], None).ok()?.residual;
     let samples = &log.samples;
     let (positions, rotations) = (samples.position.as_ref()?, samples.rotation.as_ref());
@@ -143,14 +139,14 @@ fn slopes(log: &Log, levels: &NoiseLevels, model: &Model) -> Option<Vec<Row>> {
         let nominal = || model.robot.forward_kinematics(&samples.encoder[compared.row]).rotation;
         let rotation = read.map_or_else(nominal, |r| rotation_from_vector(&r));
         let axis = || Vector3::ith(usize::from(compared.component), 1.0);
-        let mut slope = SVector::<f64, FREE>::zeros();
+        let mut slope = SVector::<f64, REGISTRATION_NUMBERS>::zeros();
         match compared.quantity {
-            Quantity::Position => {
+            ComparedQuantity::Position => {
                 slope.fixed_rows_mut::<3>(0).copy_from(&axis());
                 slope.fixed_rows_mut::<3>(3).copy_from(&(skew(&position) * axis()));
                 slope.fixed_rows_mut::<3>(6).copy_from(&rotation.tr_mul(&axis()));
             }
-            Quantity::Rotation => {
+            ComparedQuantity::Rotation => {
                 slope.fixed_rows_mut::<3>(3).copy_from(&(rotation * axis()));
                 slope.fixed_rows_mut::<3>(9).copy_from(&axis());
             }

@@ -1,7 +1,7 @@
 //! A relation of two series: what is measured per what is expected.
 
 /// Rows that a relation of two series rests on, at least.
-pub(super) const FEWEST: usize = 12;
+pub(super) const RELATION_ROWS_MIN: usize = 12;
 
 /// Correlation from which on measured follows predicted.
 pub(super) const FOLLOWS: f64 = 0.85;
@@ -11,14 +11,14 @@ pub(super) const FACTOR: f64 = 8.0;
 
 /// Sums of products of predicted x and measured y.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Sums {
+pub(super) struct ProductSums {
     pub count: usize,
     pub xx: f64,
     pub xy: f64,
     pub yy: f64,
 }
 
-impl Sums {
+impl ProductSums {
     pub fn of(pairs: impl Iterator<Item = (f64, f64)>) -> Self {
         pairs.filter(|(x, y)| x.is_finite() && y.is_finite()).fold(Self::default(), |s, (x, y)| {
             Self { count: s.count + 1, xx: s.xx + x * x, xy: s.xy + x * y, yy: s.yy + y * y }

@@ -8,14 +8,14 @@ use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{JOINTS, JointVector, Robot, Wrench};
 
 /// Rows of each log that are looked at.
-const ROWS: usize = 100;
+const ROWS_PER_LOG: usize = 100;
 
 /// Band in which motion and torque are compared, Hz.
-const BAND: f64 = 8.0;
+const TORQUE_COMPARISON_BAND: f64 = 8.0;
 
 /// One row. Torques that were not measured are NaN.
 #[derive(Debug, Clone)]
-pub(super) struct Row {
+pub(super) struct LogRow {
     /// True where nothing moves, and the tool is where its load leaves it.
     pub at_rest: bool,
     /// Encoder angles, rad.
@@ -36,7 +36,7 @@ pub(super) struct Row {
     pub torque: JointVector<f64>,
 }
 
-impl Row {
+impl LogRow {
     /// Rows of a log that stand for all of it.
     pub fn of(log: &Log) -> Vec<Self> {
         let s = &log.samples;
@@ -44,11 +44,11 @@ impl Row {
         let moving = log.kind != LogKind::StaticLoad;
         let low = moving.then(|| {
             let period = crate::predict::period(log);
-            (LowPass::new(BAND.min(0.2 / period), period), period)
+            (LowPass::new(TORQUE_COMPARISON_BAND.min(0.2 / period), period), period)
         });
         let half = low.as_ref().map_or(0, |(low, _)| low.half()).min(n.saturating_sub(1) / 2);
         let (first, last) = (half, n - 1 - half);
-        let count = ROWS.min(last - first + 1);
+        let count = ROWS_PER_LOG.min(last - first + 1);
         // Where the tracker is read more seldom, its reading that is nearest.
         let is_tracked = |k: &usize| {
             [&s.position, &s.rotation].into_iter().flatten().all(|v| v[*k].sum().is_finite())

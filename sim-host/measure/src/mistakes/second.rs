@@ -3,7 +3,7 @@
 use super::pose::{column, exchanged};
 use super::reading::plain_angle;
 use super::refine::quantile;
-use super::{Change, ColumnChange, Evidence, Mistake, MistakeKind};
+use super::{ColumnChange, MisfitEvidence, Mistake, MistakeKind, Remedy};
 use crate::data::channel::LogChannel;
 use crate::data::log::Log;
 use std::f64::consts::PI;
@@ -11,8 +11,8 @@ use trueweld_core::JOINTS;
 
 /// What a second encoder and its encoder may be apart, rad: gears give some milliradians, and a zero
 /// is taught to a degree or two. With a mistake undone, no more than a gear gives is left.
-const APART: f64 = 0.05;
-const LEFT: f64 = 0.02;
+const ENCODER_DIFFERENCE_MAX: f64 = 0.05;
+const ENCODER_REMAINDER_MAX: f64 = 0.02;
 
 /// A joint's second encoder and the encoder of another joint, or its own, in one log.
 fn pairs(log: &Log, second: usize, encoder: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
@@ -29,34 +29,36 @@ fn apart(logs: &[&Log], [second, encoder]: [usize; 2], [slope, offset]: [f64; 2]
 
 /// Mistakes in the second encoders of logs whose encoders are right.
 pub(super) fn find(logs: &[Log]) -> Vec<Mistake> {
-    const PLAIN: [f64; 2] = [1.0, 0.0];
+    const PLAIN_READING: [f64; 2] = [1.0, 0.0];
     let wrong = |i: usize| -> Vec<&Log> {
-        let off = |log: &&Log| apart(&[*log], [i, i], PLAIN).is_some_and(|by| by > APART);
+        let off = |log: &&Log| {
+            apart(&[*log], [i, i], PLAIN_READING).is_some_and(|by| by > ENCODER_DIFFERENCE_MAX)
+        };
         logs.iter().filter(off).collect()
     };
     let wrong: [Vec<&Log>; JOINTS] = std::array::from_fn(wrong);
-    let before = |i: usize| apart(&wrong[i], [i, i], PLAIN).unwrap_or(0.0);
+    let before = |i: usize| apart(&wrong[i], [i, i], PLAIN_READING).unwrap_or(0.0);
     let named = |kind, columns: Vec<usize>, after: f64, changes| Mistake {
         kind,
         logs: wrong[columns[0]].iter().map(|log| log.name.clone()).collect(),
         channel: LogChannel::LinkEncoder,
-        evidence: Evidence {
+        evidence: MisfitEvidence {
             before: before(columns[0]),
             after,
             unit: "rad",
             channel: LogChannel::LinkEncoder,
         },
         columns,
-        change: Change::Columns(changes),
+        change: Remedy::Columns(changes),
         lines: Vec::new(),
     };
     let mut found = Vec::new();
     let mut explained = [false; JOINTS];
     for a in 0..JOINTS {
         for b in a + 1..JOINTS {
-            let crossed = [[a, b], [b, a]].map(|of| apart(&wrong[of[0]], of, PLAIN));
+            let crossed = [[a, b], [b, a]].map(|of| apart(&wrong[of[0]], of, PLAIN_READING));
             if let [Some(first), Some(second)] = crossed
-                && first.max(second) < LEFT
+                && first.max(second) < ENCODER_REMAINDER_MAX
                 && !explained[a]
                 && !explained[b]
             {
@@ -91,7 +93,7 @@ fn on_a_line(logs: &[&Log], i: usize) -> Option<(MistakeKind, f64, ColumnChange)
         (MistakeKind::Sign, [-1.0, minus], ColumnChange { offset: minus, ..line("rad", -1.0) }),
     ];
     lines.into_iter().find_map(|(kind, reading, change)| {
-        let left = apart(logs, [i, i], reading).filter(|left| *left < LEFT)?;
+        let left = apart(logs, [i, i], reading).filter(|left| *left < ENCODER_REMAINDER_MAX)?;
         Some((kind, left, change))
     })
 }

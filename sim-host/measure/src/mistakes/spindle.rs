@@ -2,11 +2,11 @@
 //! force across the seam, whose side follows the spindle's sense.
 
 use super::pose::column;
-use super::rows::Row;
-use super::{Change, Evidence, Mistake, MistakeKind};
+use super::rows::LogRow;
+use super::{MisfitEvidence, Mistake, MistakeKind, Remedy};
 use crate::data::channel::LogChannel;
 use crate::data::log::{Log, LogKind};
-use crate::predict::Model;
+use crate::predict::BaselineModel;
 use std::f64::consts::{PI, TAU};
 use trueweld_core::Robot;
 use trueweld_plant::input::Process;
@@ -14,7 +14,7 @@ use trueweld_plant::process::planned;
 use trueweld_plant::simulate::Seam;
 
 /// Share by which a speed may differ from the stated one.
-const NEAR: f64 = 0.05;
+const SPINDLE_SPEED_TOLERANCE: f64 = 0.05;
 
 /// Shares of the planned push with which the tool is in the plate, and presses.
 const TOUCHES: f64 = 0.05;
@@ -22,7 +22,7 @@ const PRESSES: f64 = 0.5;
 
 /// Units, what one of them is in rad/s, and the factor that goes with it in `[columns]`: the last one
 /// is a speed that was taken to rad/s twice.
-const UNITS: [(&str, f64, f64); 4] = [
+const SPINDLE_SPEED_UNITS: [(&str, f64, f64); 4] = [
     ("rpm", TAU / 60.0, 1.0),
     ("Hz", TAU, 1.0),
     ("deg/s", PI / 180.0, 1.0),
@@ -30,8 +30,8 @@ const UNITS: [(&str, f64, f64); 4] = [
 ];
 
 /// Mistakes in the spindle's speed of welds whose wrenches are right.
-pub(super) fn find(logs: &[Log], rows: &[Vec<Row>], model: &Model) -> Vec<Mistake> {
-    let of_log = |(log, rows): (&Log, &Vec<Row>)| {
+pub(super) fn find(logs: &[Log], rows: &[Vec<LogRow>], model: &BaselineModel) -> Vec<Mistake> {
+    let of_log = |(log, rows): (&Log, &Vec<LogRow>)| {
         let process = model.process.as_ref().or(log.process.as_ref())?;
         of_weld(log, rows, &model.robot, process)
     };
@@ -55,13 +55,13 @@ fn join(found: &mut Vec<Mistake>) {
     *found = joined;
 }
 
-fn of_weld(log: &Log, rows: &[Row], robot: &Robot<f64>, process: &Process) -> Option<Mistake> {
+fn of_weld(log: &Log, rows: &[LogRow], robot: &Robot<f64>, process: &Process) -> Option<Mistake> {
     let read = log.samples.spindle.as_ref().filter(|_| log.kind == LogKind::Weld)?;
     let turning: Vec<f64> = read.iter().copied().filter(|v| v.is_finite()).collect();
     let read = turning.iter().sum::<f64>() / turning.len() as f64;
     let stated = process.spindle;
-    let is_stated = |speed: f64| (speed.abs() / stated.abs() - 1.0).abs() < NEAR;
-    let own = UNITS.into_iter().find(|(_, factor, _)| is_stated(read * factor));
+    let is_stated = |speed: f64| (speed.abs() / stated.abs() - 1.0).abs() < SPINDLE_SPEED_TOLERANCE;
+    let own = SPINDLE_SPEED_UNITS.into_iter().find(|(_, factor, _)| is_stated(read * factor));
     let (unit, per, factor) = match own {
         _ if is_stated(read) => ("rad/s", 1.0, 1.0),
         Some(unit) => unit,
@@ -79,12 +79,12 @@ fn of_weld(log: &Log, rows: &[Row], robot: &Robot<f64>, process: &Process) -> Op
     let (kind, evidence) = match across {
         Some(Across { as_read: before, reversed: after, .. }) if per == 1.0 => {
             let channel = LogChannel::Force;
-            (MistakeKind::Sign, Evidence { before, after, unit: "N", channel })
+            (MistakeKind::Sign, MisfitEvidence { before, after, unit: "N", channel })
         }
         _ => {
             let left = |speed: f64| (speed.abs() - stated.abs()).abs();
             let (before, after, channel) = (left(read), left(speed), LogChannel::Spindle);
-            (MistakeKind::Unit, Evidence { before, after, unit: "rad/s", channel })
+            (MistakeKind::Unit, MisfitEvidence { before, after, unit: "rad/s", channel })
         }
     };
     Some(Mistake {
@@ -93,7 +93,7 @@ fn of_weld(log: &Log, rows: &[Row], robot: &Robot<f64>, process: &Process) -> Op
         columns: Vec::new(),
         logs: vec![log.name.clone()],
         evidence,
-        change: Change::Columns(vec![column(LogChannel::Spindle, 0, unit, sign * factor)]),
+        change: Remedy::Columns(vec![column(LogChannel::Spindle, 0, unit, sign * factor)]),
         lines: Vec::new(),
     })
 }
@@ -109,7 +109,7 @@ struct Across {
 
 impl Across {
     /// Of the later half of the rows that pressed; `None` where no force was recorded.
-    fn of(log: &Log, rows: &[Row], robot: &Robot<f64>, process: &Process) -> Option<Self> {
+    fn of(log: &Log, rows: &[LogRow], robot: &Robot<f64>, process: &Process) -> Option<Self> {
         log.samples.force.as_ref()?;
         let weld = log.weld.as_ref()?;
         let seam = Seam::of(weld);
@@ -155,7 +155,7 @@ impl Across {
     /// too small to tell it: one of the files is wrong then.
     fn denies(&self) -> bool {
         /// Force that tells nothing, N.
-        const FAINT: f64 = 50.0;
-        self.side < FAINT || self.reversed < self.as_read
+        const TELLING_FORCE_MIN: f64 = 50.0;
+        self.side < TELLING_FORCE_MIN || self.reversed < self.as_read
     }
 }

@@ -1,14 +1,14 @@
 //! The lines of a `log.toml` that undo a mistake: what a column really holds, composed with what its
 //! entry in `[columns]` says already.
 
-use super::{Change, ColumnChange, ColumnLines, Mistake};
+use super::{ColumnChange, ColumnLines, Mistake, Remedy};
 use crate::data::log::units::{UNITS, Unit, unit_named};
 use crate::data::log::{ColumnMapping, Log, channel_named};
 use trueweld_plant::input::unit_suffix;
 
 /// The lines for every log that a mistake is in, the same ones once.
 pub(super) fn lines(mistake: &Mistake, logs: &[Log]) -> Vec<ColumnLines> {
-    let Change::Columns(changes) = &mistake.change else {
+    let Remedy::Columns(changes) = &mistake.change else {
         return Vec::new();
     };
     let mut all: Vec<ColumnLines> = Vec::new();

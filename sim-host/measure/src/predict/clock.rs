@@ -14,7 +14,7 @@ use trueweld_plant::robot::{Channel, Term};
 const OFFSET: f64 = 1e-3;
 
 /// Delay over which slopes are taken, s.
-pub(super) const STEP: f64 = 1e-4;
+pub(super) const DELAY_STEP: f64 = 1e-4;
 
 /// A tracker that is read later than the model says.
 #[derive(Debug)]
@@ -55,11 +55,11 @@ impl OpenClock {
     }
 
     /// By how much the tracker is later than its clock says, s, in the middle of the log and more at
-    /// its end: what fits these residuals best, where they are `late` with a delay of [`STEP`].
-    /// Residuals are then those with this clock.
+    /// its end: what fits these residuals best, where they are `late` with a delay of
+    /// [`DELAY_STEP`]. Residuals are then those with this clock.
     pub fn settle(&self, residual: &mut [f64], late: &[f64]) -> Option<[f64; 2]> {
         let slope = |k: usize| {
-            let slope = (late[k] - residual[k]) / STEP;
+            let slope = (late[k] - residual[k]) / DELAY_STEP;
             Vector2::new(slope, slope * self.place[k]).component_mul(&self.deviation)
         };
         let (mut normal, mut right) = (Matrix2::identity(), Vector2::zeros());

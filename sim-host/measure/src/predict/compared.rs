@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 
 /// What is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Quantity {
+pub enum ComparedQuantity {
     /// Tracker: TCP position in B, m.
     Position,
     /// Tracker: rotation from the predicted to the measured tool, in T, rad.
@@ -28,7 +28,7 @@ pub enum Quantity {
     },
 }
 
-impl Quantity {
+impl ComparedQuantity {
     /// The channel of the log that it is of.
     pub fn log_channel(self) -> LogChannel {
         match self {
@@ -61,7 +61,7 @@ impl Quantity {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compared {
     /// What it is.
-    pub quantity: Quantity,
+    pub quantity: ComparedQuantity,
     /// Component: axis, or joint from 0.
     pub component: u8,
     /// Row of the log it belongs to.
@@ -88,7 +88,7 @@ pub(super) fn none_where_missing(rotation: &Matrix3<f64>) -> f64 {
 /// deviation of its noise, and whether that was stated, by index of the row and by column.
 pub(super) fn list(
     compared: &mut Vec<Compared>,
-    quantity: Quantity,
+    quantity: ComparedQuantity,
     rows: &[usize],
     columns: std::ops::Range<usize>,
     of: impl Fn(usize, usize) -> (f64, f64, bool),

@@ -7,7 +7,7 @@
 //! prediction beside another one keeps the motion with the states found there: how far the best
 //! ones move is taken from their slopes.
 
-use super::{Experiment, Motion, PredictError};
+use super::{LinkMotion, PredictError, PreparedLog};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 use trueweld_plant::robot::{ElasticRobot, INTERNAL_STATES, JointMemory, Memory};
@@ -16,16 +16,16 @@ use trueweld_plant::robot::{ElasticRobot, INTERNAL_STATES, JointMemory, Memory};
 const EXPECTED: f64 = 0.5;
 
 /// Step over which slopes are taken, as a share of half of the loop.
-const STEP: f64 = 0.25;
+const STATE_STEP: f64 = 0.25;
 
 /// Times that the state is fitted anew at most, for the loop is not straight, and the change that
 /// needs no further round, as a share of half of the loop.
-const ROUNDS: usize = 3;
-const SETTLED: f64 = 0.01;
+const STATE_FIT_ROUNDS: usize = 3;
+const STATE_SETTLED_SHARE: f64 = 0.01;
 
 /// Deviations, and share of half of the loop, from which on a state is told.
-const TOLD: f64 = 4.0;
-const TOLD_SHARE: f64 = 0.1;
+const STATE_TOLD_DEVIATIONS: f64 = 4.0;
+const STATE_TOLD_SHARE: f64 = 0.1;
 
 /// What a gear remembers when a log begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,7 +74,8 @@ impl StartFit {
     /// The states that stand out: what is not nothing.
     pub fn told(&self) -> Vec<StartState> {
         let of = |(gear, (state, deviation)): (&JointMemory, (&f64, &f64))| {
-            let stands_out = state.abs() > (TOLD * deviation).max(TOLD_SHARE);
+            let stands_out =
+                state.abs() > (STATE_TOLD_DEVIATIONS * deviation).max(STATE_TOLD_SHARE);
             stands_out.then_some(StartState { joint: gear.joint, state: *state })
         };
         let states = self.states.iter().zip(self.deviations.iter());
@@ -86,11 +87,11 @@ impl StartFit {
 /// motion under a model not far from this one. Its states are kept where `held`, else they are where
 /// the search begins.
 pub(super) fn at_the_start(
-    experiment: &Experiment,
+    experiment: &PreparedLog,
     robot: &mut ElasticRobot,
-    near: Option<&Motion>,
+    near: Option<&LinkMotion>,
     held: bool,
-) -> Result<Option<Motion>, PredictError> {
+) -> Result<Option<LinkMotion>, PredictError> {
     let gears = robot.memories();
     if gears.is_empty() || experiment.poses == 0 || !experiment.starts_anywhere {
         return Ok(None);
@@ -108,21 +109,21 @@ pub(super) fn at_the_start(
         motion.start = Some(fit.clone());
         return Ok(Some(motion));
     }
-    let residual = |robot: &ElasticRobot, motion: &Motion| {
+    let residual = |robot: &ElasticRobot, motion: &LinkMotion| {
         DVector::from_vec(experiment.residual(robot, Some(motion), None, [None; 2]))
     };
-    let follow = |robot: &mut ElasticRobot, states: &DVector<f64>, before: &Motion| {
+    let follow = |robot: &mut ElasticRobot, states: &DVector<f64>, before: &LinkMotion| {
         let followed =
             experiment.follow(robot, &memory(states), before.swing.as_ref(), Some(before))?;
-        Ok::<Motion, PredictError>(followed.unwrap_or_else(|| before.clone()))
+        Ok::<LinkMotion, PredictError>(followed.unwrap_or_else(|| before.clone()))
     };
     let mut left = residual(robot, &motion);
     let mut slopes = DMatrix::zeros(left.len(), gears.len());
     let mut solved = None;
-    for _ in 0..ROUNDS {
+    for _ in 0..STATE_FIT_ROUNDS {
         for k in 0..gears.len() {
             // Away from the end of the loop.
-            let step = if states[k] > 0.0 { -STEP } else { STEP };
+            let step = if states[k] > 0.0 { -STATE_STEP } else { STATE_STEP };
             let mut there = states.clone();
             there[k] += step;
             let moved = follow(robot, &there, &motion)?;
@@ -138,7 +139,7 @@ pub(super) fn at_the_start(
         let next = (&states - by).map(|state| state.clamp(-1.0, 1.0));
         let deviations = factor.inverse().diagonal().map(f64::sqrt);
         solved = Some((factor.solve(&of_poses.transpose()), deviations));
-        if (&next - &states).amax() < SETTLED {
+        if (&next - &states).amax() < STATE_SETTLED_SHARE {
             break;
         }
         states = next;

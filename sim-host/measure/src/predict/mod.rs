@@ -25,14 +25,14 @@ mod reach;
 mod standing;
 
 pub(crate) use columns::period;
-pub use compared::{Compared, Quantity};
+pub use compared::{Compared, ComparedQuantity};
 pub(crate) use contact::Folded;
 pub use memory::{StartFit, StartState};
 pub(crate) use standing::hung;
 
 use crate::data::channel::LogChannel;
 use crate::data::log::{Log, LogKind};
-use crate::data::noise::{Level, NoiseLevels};
+use crate::data::noise::{NoiseLevel, NoiseLevels};
 use clock::{Late, OpenClock};
 use instruments::TrackedPoint;
 use nalgebra::{DMatrix, Vector3};
@@ -48,7 +48,7 @@ const ANOTHER_POSTURE: f64 = 0.1;
 
 /// The model that logs are compared with, before effects.
 #[derive(Debug, Clone)]
-pub struct Model {
+pub struct BaselineModel {
     /// The robot.
     pub robot: Robot<f64>,
     /// The process; a weld log's own stands in where the model names none.
@@ -58,7 +58,7 @@ pub struct Model {
 /// What the links did, as far as the model says: reused where a change of the model does not move
 /// them.
 #[derive(Debug, Clone, Default)]
-pub struct Motion {
+pub struct LinkMotion {
     /// Log rows that the instants belong to.
     pub rows: Vec<usize>,
     /// Link angles, rad.
@@ -71,7 +71,7 @@ pub struct Motion {
     pub placed: bool,
     /// Which links are put where they were seen, at every instant; empty where links swing or no gear
     /// has play.
-    pub afloat: Vec<[bool; JOINTS]>,
+    pub in_backlash: Vec<[bool; JOINTS]>,
     /// What the gears remember at every instant; empty where none does.
     pub memory: Vec<Memory>,
     /// What the first residuals tell of how links swing that remember; see the rooms of motion.
@@ -84,15 +84,15 @@ pub struct Motion {
 /// Residuals of one log, over their noise, with the motion behind them.
 #[derive(Debug, Clone)]
 pub struct Prediction {
-    /// (measured − predicted)/deviation, in the order of [`Experiment::compared`].
+    /// (measured − predicted)/deviation, in the order of [`PreparedLog::compared`].
     pub residual: Vec<f64>,
     /// What the links did.
-    pub motion: Option<Arc<Motion>>,
+    pub motion: Option<Arc<LinkMotion>>,
     /// By how much a tracker whose clock is not given is later than the clock that was fitted before,
     /// s: in the middle of the log, and more at its end.
     pub late: Option<[f64; 2]>,
     /// What it takes from the evidence that links are put where they were seen, as a sum of squares.
-    pub anywhere: f64,
+    pub free_play_term: f64,
 }
 
 /// A log that cannot be compared, or a model that cannot be driven through it.
@@ -144,7 +144,7 @@ pub enum PredictError {
 /// One log made ready: its drives smoothed, its measurements brought into their band, their noise
 /// known.
 #[derive(Debug, Clone)]
-pub struct Experiment {
+pub struct PreparedLog {
     /// Name of the log.
     pub name: String,
     /// What was done.
@@ -158,9 +158,9 @@ pub struct Experiment {
     /// How many of these are poses, which come first, and how many of those are compared.
     raw_poses: usize,
     poses: usize,
-    standing: Option<standing::Standing>,
-    moving: Option<moving::Moving>,
-    contact: Option<contact::Contact>,
+    standing: Option<standing::StaticPrediction>,
+    moving: Option<moving::DynamicPrediction>,
+    contact: Option<contact::ContactForcePrediction>,
     /// The point of the tool that the tracker saw, in T, m, where it is not the tool centre point.
     target: Option<Vector3<f64>>,
     /// True where the tracker's frame was fitted to such logs as this one.
@@ -175,25 +175,35 @@ pub struct Experiment {
     starts_anywhere: bool,
 }
 
-impl Experiment {
+impl PreparedLog {
     /// Makes a log ready to be compared with `model`.
     ///
     /// # Errors
     /// [`PredictError`].
-    pub fn new(log: &Log, noise: &NoiseLevels, model: &Model) -> Result<Self, PredictError> {
+    pub fn new(
+        log: &Log,
+        noise: &NoiseLevels,
+        model: &BaselineModel,
+    ) -> Result<Self, PredictError> {
         let mut compared = Vec::new();
         let mut folded = None;
         let (mut standing, mut moving, mut contact) = (None, None, None);
         match log.kind {
             LogKind::StaticLoad => {
-                standing = standing::Standing::of_loads(log, noise, model, &mut compared)?
+                standing = standing::StaticPrediction::of_loads(log, noise, model, &mut compared)?
             }
             LogKind::RingDown | LogKind::FreeMotion => {
-                moving = Some(moving::Moving::new(log, noise, model, &mut compared)?);
+                moving = Some(moving::DynamicPrediction::new(log, noise, model, &mut compared)?);
             }
             LogKind::Weld => {
-                standing = standing::Standing::of_weld(log, noise, model, &mut compared)?;
-                contact = contact::Contact::new(log, noise, model, &mut compared, &mut folded)?;
+                standing = standing::StaticPrediction::of_weld(log, noise, model, &mut compared)?;
+                contact = contact::ContactForcePrediction::new(
+                    log,
+                    noise,
+                    model,
+                    &mut compared,
+                    &mut folded,
+                )?;
             }
         }
         let of_poses =
@@ -255,7 +265,7 @@ impl Experiment {
     /// [`PredictError::Effect`], [`PredictError::Diverged`].
     pub fn predict(
         &self,
-        model: &Model,
+        model: &BaselineModel,
         effects: &[Effect],
         beside: Option<(&Prediction, &Effect)>,
     ) -> Result<Prediction, PredictError> {
@@ -266,7 +276,7 @@ impl Experiment {
     /// effect in which the two differ where it is one alone.
     pub(crate) fn predict_from(
         &self,
-        model: &Model,
+        model: &BaselineModel,
         effects: &[Effect],
         known: Option<(&Prediction, Option<&Effect>)>,
     ) -> Result<Prediction, PredictError> {
@@ -305,7 +315,7 @@ impl Experiment {
             (Some(clock), ..) => {
                 let motion = motion.as_deref();
                 let mut residual = self.residual(&robot, motion, process, [None; 2]);
-                robot.ports.time.push(Box::new(Late(clock::STEP)));
+                robot.ports.time.push(Box::new(Late(clock::DELAY_STEP)));
                 let mut read_late = self.residual(&robot, motion, process, [None; 2]);
                 settle(&mut residual);
                 settle(&mut read_late);
@@ -322,18 +332,18 @@ impl Experiment {
         if residual.iter().any(|r| !r.is_finite()) {
             return Err(PredictError::Diverged { log: self.name.clone() });
         }
-        let anywhere = match (&self.standing, &motion) {
-            (Some(standing), Some(motion)) => standing.anywhere(&robot, motion),
+        let free_play_term = match (&self.standing, &motion) {
+            (Some(standing), Some(motion)) => standing.free_play_term(&robot, motion),
             _ => 0.0,
         };
-        Ok(Prediction { residual, motion, late, anywhere })
+        Ok(Prediction { residual, motion, late, free_play_term })
     }
 
     /// Residuals over their noise; poses and loads from another prediction where that is given.
     fn residual(
         &self,
         robot: &ElasticRobot,
-        motion: Option<&Motion>,
+        motion: Option<&LinkMotion>,
         process: Option<&Process>,
         [same_poses, same_loads]: [Option<&Prediction>; 2],
     ) -> Vec<f64> {
@@ -364,9 +374,9 @@ impl Experiment {
     fn motion(
         &self,
         robot: &mut ElasticRobot,
-        near: Option<&Motion>,
+        near: Option<&LinkMotion>,
         held: bool,
-    ) -> Result<Option<Motion>, PredictError> {
+    ) -> Result<Option<LinkMotion>, PredictError> {
         match memory::at_the_start(self, robot, near, held)? {
             Some(motion) => Ok(Some(motion)),
             None => self.follow(robot, &[0.0; INTERNAL_STATES], None, None),
@@ -381,8 +391,8 @@ impl Experiment {
         robot: &mut ElasticRobot,
         memory: &Memory,
         swing: Option<&Arc<DMatrix<f64>>>,
-        before: Option<&Motion>,
-    ) -> Result<Option<Motion>, PredictError> {
+        before: Option<&LinkMotion>,
+    ) -> Result<Option<LinkMotion>, PredictError> {
         match (&self.standing, &self.moving) {
             (Some(standing), _) => Ok(Some(standing.motion(robot, memory, before)?)),
             (None, Some(moving)) => {
@@ -401,7 +411,7 @@ impl Experiment {
     fn pose_residual(
         &self,
         robot: &ElasticRobot,
-        motion: Option<&Motion>,
+        motion: Option<&LinkMotion>,
         residual: &mut Vec<f64>,
     ) {
         let mut raw = Vec::with_capacity(self.raw_poses);
@@ -420,7 +430,7 @@ impl Experiment {
     /// [`PredictError::Effect`].
     pub(crate) fn remounted(
         &self,
-        model: &Model,
+        model: &BaselineModel,
         effects: &[Effect],
         at: &Prediction,
         joint: usize,
@@ -430,7 +440,7 @@ impl Experiment {
         let mut residual = Vec::with_capacity(self.compared.len());
         let mut moved = None;
         if let Some(links) = &at.motion {
-            let mut links = Motion::clone(links);
+            let mut links = LinkMotion::clone(links);
             for (tool, link) in links.tool.iter_mut().zip(&links.link) {
                 let frames = robot.model.frames(link);
                 let frame =
@@ -450,7 +460,7 @@ impl Experiment {
         let settle = |residual: &mut [f64]| fit.iter().for_each(|fit| fit.settle(residual));
         if let Some(clock) = &self.clock {
             let mut late = Vec::with_capacity(residual.len());
-            robot.ports.time.push(Box::new(Late(clock::STEP)));
+            robot.ports.time.push(Box::new(Late(clock::DELAY_STEP)));
             self.pose_residual(&robot, moved.as_ref(), &mut late);
             settle(&mut residual);
             settle(&mut late);
@@ -488,7 +498,7 @@ impl Experiment {
     }
 }
 
-impl Motion {
+impl LinkMotion {
     /// A motion that is still to come.
     fn new(length: usize, placed: bool) -> Self {
         let rows = (0..length).collect();
@@ -503,7 +513,7 @@ impl Motion {
         let (Some(a), Some(b)) = (self.memory.get(last), other.memory.get(last)) else {
             return false;
         };
-        a.iter().zip(b).all(|(a, b)| (a - b).abs() < FORGOTTEN)
+        a.iter().zip(b).all(|(a, b)| (a - b).abs() < EQUAL_MOTION_DIFFERENCE)
             && (self.link[last] - other.link[last]).amax() < SAME_LINK
     }
 
@@ -513,22 +523,22 @@ impl Motion {
         self.link.extend_from_slice(&other.link[from..]);
         self.spring.extend_from_slice(&other.spring[from..]);
         self.tool.extend(other.tool.get(from..).unwrap_or_default());
-        self.afloat.extend(other.afloat.get(from..).unwrap_or_default());
+        self.in_backlash.extend(other.in_backlash.get(from..).unwrap_or_default());
         self.memory.extend_from_slice(&other.memory[from..]);
     }
 }
 
 /// Difference of what gears remember, as a share of all that they can, and of links, rad, below which
 /// two motions are one.
-const FORGOTTEN: f64 = 1e-4;
+const EQUAL_MOTION_DIFFERENCE: f64 = 1e-4;
 const SAME_LINK: f64 = 1e-7;
 
 /// Deviation of an instrument, or the error that says it is not known.
 fn known(
-    levels: &[Option<Level>],
+    levels: &[Option<NoiseLevel>],
     log: &Log,
     channel: LogChannel,
-) -> Result<Vec<Level>, PredictError> {
+) -> Result<Vec<NoiseLevel>, PredictError> {
     let what = channel.entry().instrument;
     let error = || PredictError::Noise { log: log.name.clone(), what };
     levels.iter().map(|l| l.ok_or_else(error)).collect()

@@ -1,4 +1,4 @@
-//! Links afloat in the play of their gears.
+//! Links in the backlash of their gears.
 //!
 //! Within a gap the spring carries nothing, and where the link lies is decided by torques far below
 //! what any model knows: how it was left before the log began, a bearing's drag, the noise of the
@@ -6,7 +6,7 @@
 //! link is taken to be where it was seen. Where the gap is closed nothing is taken from what was
 //! measured.
 
-use crate::data::noise::{Level, NoiseLevels};
+use crate::data::noise::{NoiseLevel, NoiseLevels};
 use nalgebra::{Matrix3, Vector3, Vector6};
 use trueweld_core::spatial::rotation_vector;
 use trueweld_core::{JOINTS, JointVector, Pose};
@@ -16,14 +16,14 @@ use trueweld_plant::robot::ElasticRobot;
 /// and a link hardly moves in its gap meanwhile.
 pub(super) const SEEN_OVER: f64 = 0.05;
 
-/// Follows which links are afloat.
+/// Follows which links are in their backlash.
 #[derive(Debug, Clone)]
 pub(super) struct BacklashObserver {
     play: JointVector<f64>,
     /// Twist beyond the gap that is within what the encoders' noise makes of it, rad.
     margin: JointVector<f64>,
-    /// Instants at which each link has been afloat since the start of the log; none once it was
-    /// held.
+    /// Instants at which each link has been in its backlash since the start of the log; none once
+    /// it was held.
     since: [Option<usize>; JOINTS],
     share: f64,
     period: f64,
@@ -54,11 +54,11 @@ impl BacklashObserver {
     ) -> Moved {
         let twist = motor - link + robot.ports.link_angle;
         let mut moved = Moved::default();
-        let (afloat, held): (Vec<usize>, Vec<usize>) = (0..JOINTS)
+        let (in_backlash, held): (Vec<usize>, Vec<usize>) = (0..JOINTS)
             .partition(|&i| self.play[i] > 0.0 && twist[i].abs() <= self.play[i] + self.margin[i]);
         held.into_iter().for_each(|i| self.since[i] = None);
         let (by_itself, by_tool): (Vec<usize>, Vec<usize>) =
-            afloat.into_iter().partition(|&i| seen.link[i].is_finite());
+            in_backlash.into_iter().partition(|&i| seen.link[i].is_finite());
         let mut found: Vec<(usize, f64, f64)> =
             by_itself.iter().map(|&i| (i, seen.link[i], OWN_SHARE)).collect();
         if !by_tool.is_empty() && seen.tool.sum().is_finite() {
@@ -80,7 +80,7 @@ impl BacklashObserver {
                 let (all, known) = (factor.solve(&right), factor.inverse());
                 for (k, i) in by_tool.iter().enumerate() {
                     // What may be noise is none: it would pass for play of the noise's size.
-                    if all[k].abs() > SURE * seen.deviation * known[(k, k)].sqrt() {
+                    if all[k].abs() > ELSEWHERE_DEVIATIONS * seen.deviation * known[(k, k)].sqrt() {
                         found.push((*i, all[k], self.share));
                     }
                 }
@@ -103,7 +103,7 @@ impl BacklashObserver {
 
 /// Deviation of a tracker's position over that of its rotation, m; 0 where it does not see both.
 pub(super) fn lever(noise: &NoiseLevels) -> f64 {
-    let deviation = |levels: &[Option<Level>; 3]| levels[0].map_or(0.0, |l| l.deviation);
+    let deviation = |levels: &[Option<NoiseLevel>; 3]| levels[0].map_or(0.0, |l| l.deviation);
     let lever = deviation(&noise.position) / deviation(&noise.rotation);
     if lever.is_finite() { lever } else { 0.0 }
 }
@@ -114,7 +114,7 @@ pub(super) fn turn(tool: &Pose<f64>, seen: Option<&Matrix3<f64>>) -> Vector3<f64
     seen.map_or(Vector3::repeat(f64::NAN), turn)
 }
 
-/// How links afloat are moved to where they were seen.
+/// How links in their backlash are moved to where they were seen.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Moved {
     /// By so much, rad.
@@ -144,7 +144,7 @@ pub(super) struct Observed {
 const OWN_SHARE: f64 = 0.5;
 
 /// Deviations from which on a link that is seen once is believed to be elsewhere.
-const SURE: f64 = 3.0;
+const ELSEWHERE_DEVIATIONS: f64 = 3.0;
 
 /// Arm below which a joint moves the tool too little to be seen, m.
 const LEAST_ARM: f64 = 0.1;

@@ -1,19 +1,19 @@
 //! What of a log an effect has a say in: what it cannot change is taken from another prediction.
 
-use super::{Compared, Experiment, Quantity};
+use super::{Compared, ComparedQuantity, PreparedLog};
 use crate::data::log::LogKind;
 use trueweld_plant::effects::{Action, Effect, Location};
 use trueweld_plant::robot::{Channel, Port};
 
-impl Experiment {
+impl PreparedLog {
     /// True where this log compares what an instrument read, or is driven by it. `joint`: the
     /// joint that is asked for, where the instrument is one of each joint.
     pub fn measures(&self, instrument: Channel, joint: Option<usize>) -> bool {
         let of_joint = |c: &Compared| joint.is_none_or(|j| usize::from(c.component) == j);
         self.compared.iter().any(|c| match (instrument, c.quantity) {
-            (Channel::Tracker, Quantity::Position | Quantity::Rotation) => true,
-            (Channel::MotorTorque, Quantity::MotorTorque)
-            | (Channel::LinkEncoder, Quantity::LinkEncoder) => of_joint(c),
+            (Channel::Tracker, ComparedQuantity::Position | ComparedQuantity::Rotation) => true,
+            (Channel::MotorTorque, ComparedQuantity::MotorTorque)
+            | (Channel::LinkEncoder, ComparedQuantity::LinkEncoder) => of_joint(c),
             (Channel::Wrench, _) => self.force,
             _ => false,
         })

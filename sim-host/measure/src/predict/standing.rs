@@ -8,11 +8,11 @@ use super::columns::{
 use super::compared::{list, none_where_missing};
 use super::instruments::{seen, wrench_behind};
 use super::play::{BacklashObserver, Observed, SEEN_OVER, lever, turn};
-use super::{Compared, Model, Motion, PredictError, Quantity, known};
+use super::{BaselineModel, Compared, ComparedQuantity, LinkMotion, PredictError, known};
 use crate::data::channel::LogChannel;
 use crate::data::fir::{LowPass, Orders, comb};
 use crate::data::log::{Log, Payload};
-use crate::data::noise::{Level, NoiseLevels};
+use crate::data::noise::{NoiseLevel, NoiseLevels};
 use nalgebra::{Matrix3, Vector3, Vector6};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JOINTS, JointVector, Pose, Robot, Wrench};
@@ -24,7 +24,7 @@ use trueweld_plant::robot::{Channel, ElasticRobot, Memory};
 /// few percent of what swings, and what swings there is small. Also at most a share of the
 /// spindle's frequency.
 const POSE_BAND: f64 = 2.0;
-const SPINDLE_SHARE: f64 = 0.3;
+const POSE_SPINDLE_SHARE: f64 = 0.3;
 
 /// Orders of the spindle at which the wrench loads the links.
 const HEARD_ORDERS: usize = 3;
@@ -35,7 +35,7 @@ const HEARD_BANDS: [f64; 3] = [1.0, 0.3, 0.1];
 
 /// Instants at which the links stand.
 #[derive(Debug, Clone)]
-pub(super) struct Standing {
+pub(super) struct StaticPrediction {
     /// Rows that are compared.
     rows: Vec<usize>,
     /// Every instant the links are followed through: time from the start, s; motors; wrench.
@@ -60,19 +60,19 @@ pub(super) struct Standing {
     /// m.
     noise: Vec<Vector6<f64>>,
     /// Torque that the wrench's noise makes at each joint, N·m.
-    slack: JointVector<f64>,
+    load_uncertainty: JointVector<f64>,
     /// Twist that this torque makes, rad.
     margin: JointVector<f64>,
     /// Of the log's rows, s; infinite where each is at rest.
     period: f64,
 }
 
-impl Standing {
+impl StaticPrediction {
     /// A static-load log.
     pub(super) fn of_loads(
         log: &Log,
         noise: &NoiseLevels,
-        model: &Model,
+        model: &BaselineModel,
         compared: &mut Vec<Compared>,
     ) -> Result<Option<Self>, PredictError> {
         let s = &log.samples;
@@ -102,8 +102,8 @@ impl Standing {
                 });
             }
         }
-        let slack = slack(log, noise, model, 1.0);
-        let deviation = |levels: &[Option<Level>; 3]| levels[0].map_or(0.0, |l| l.deviation);
+        let load_uncertainty = load_uncertainty(log, noise, model, 1.0);
+        let deviation = |levels: &[Option<NoiseLevel>; 3]| levels[0].map_or(0.0, |l| l.deviation);
         let rotation: Option<Vec<Matrix3<f64>>> =
             told(&s.rotation).map(|r| r.iter().map(rotation_from_vector).collect());
         let standing = Self {
@@ -115,8 +115,8 @@ impl Standing {
             payload,
             payloads,
             noise: Vec::new(),
-            slack,
-            margin: slack.component_div(model.robot.stiffness()),
+            load_uncertainty,
+            margin: load_uncertainty.component_div(model.robot.stiffness()),
             seen: position.clone(),
             seen_turned: rotation.clone(),
             position,
@@ -133,7 +133,7 @@ impl Standing {
     pub(super) fn of_weld(
         log: &Log,
         noise: &NoiseLevels,
-        model: &Model,
+        model: &BaselineModel,
         compared: &mut Vec<Compared>,
     ) -> Result<Option<Self>, PredictError> {
         let s = &log.samples;
@@ -147,15 +147,16 @@ impl Standing {
         let angle = spindle_angle(log);
         let spindle =
             s.spindle.as_ref().map_or(f64::INFINITY, |v| mean_abs(v)) / std::f64::consts::TAU;
-        let low = LowPass::new(POSE_BAND.min(SPINDLE_SHARE * spindle).min(0.2 / period), period);
-        let band = POSE_BAND.min(SPINDLE_SHARE * spindle);
+        let low =
+            LowPass::new(POSE_BAND.min(POSE_SPINDLE_SHARE * spindle).min(0.2 / period), period);
+        let band = POSE_BAND.min(POSE_SPINDLE_SHARE * spindle);
         if n < 2 * low.half() + 2 {
             return Ok(None);
         }
         // The wrench in the bands where it has something to say: its noise would make a gear's
         // memory fade.
         let bands = HEARD_BANDS.map(|share| share * band);
-        let heard = |v: [Vec<f64>; 3], levels: &[Option<Level>; 3]| match &angle {
+        let heard = |v: [Vec<f64>; 3], levels: &[Option<NoiseLevel>; 3]| match &angle {
             Some(angle) => std::array::from_fn(|c| {
                 let orders = Orders { angle, count: HEARD_ORDERS, bands: &bands };
                 let deviation = levels[c].map_or(0.0, |level| level.deviation);
@@ -198,7 +199,8 @@ impl Standing {
         let back = |turned: Vec<Vector3<f64>>, first: &Matrix3<f64>| {
             turned.iter().map(|r| first * rotation_from_vector(r)).collect()
         };
-        let slack = slack(log, noise, model, low.gain(0) * (1 + 2 * HEARD_ORDERS) as f64);
+        let load_uncertainty =
+            load_uncertainty(log, noise, model, low.gain(0) * (1 + 2 * HEARD_ORDERS) as f64);
         let mut standing = Self {
             time: s.time.iter().map(|t| t - s.time[0]).collect(),
             motors,
@@ -209,8 +211,8 @@ impl Standing {
             payload: vec![0; n],
             payloads: vec![Payload { mass: 0.0, centre: Vector3::zeros() }],
             noise: Vec::new(),
-            slack,
-            margin: slack.component_div(model.robot.stiffness()),
+            load_uncertainty,
+            margin: load_uncertainty.component_div(model.robot.stiffness()),
             lever: lever(noise),
             seen_deviation: 0.0,
             seen: tracker.as_ref().map(|t| seen(t, &s.position)),
@@ -224,7 +226,7 @@ impl Standing {
         standing.compare(log, noise, model, compared)?;
         standing.noise = vec![Vector6::repeat(f64::INFINITY); standing.rows.len()];
         for c in &compared[first..] {
-            let from = if c.quantity == Quantity::Position { 3 } else { 0 };
+            let from = if c.quantity == ComparedQuantity::Position { 3 } else { 0 };
             let place = standing.rows.partition_point(|row| *row < c.row);
             standing.noise[place][from + usize::from(c.component)] = c.deviation;
         }
@@ -237,14 +239,15 @@ impl Standing {
         &self,
         log: &Log,
         noise: &NoiseLevels,
-        model: &Model,
+        model: &BaselineModel,
         compared: &mut Vec<Compared>,
     ) -> Result<(), PredictError> {
         let s = &log.samples;
         let gain = self.band.as_ref().map_or(1.0, |low| low.gain(0));
         let seldom = |series| self.band.as_ref().map_or(1.0, |low| rows_a_vector(series, low));
         let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
-        let none = |levels: &[Option<Level>; 3]| levels.map(|l| l.map_or(0.0, |l| l.deviation));
+        let none =
+            |levels: &[Option<NoiseLevel>; 3]| levels.map(|l| l.map_or(0.0, |l| l.deviation));
         let read = [(&noise.moment, &s.moment), (&noise.force, &s.force)];
         let [moment, force] = read.map(|(levels, series)| {
             none(levels).map(|deviation| deviation * seldom(series).sqrt())
@@ -277,20 +280,20 @@ impl Standing {
             })
             .collect();
         let rows = &self.rows;
-        let deviation = |level: &Level, seldom: f64, own: f64| {
+        let deviation = |level: &NoiseLevel, seldom: f64, own: f64| {
             ((level.deviation.powi(2) * seldom + own) * gain).sqrt()
         };
         if let Some(position) = &self.position {
             let level = known(&noise.position, log, LogChannel::Position)?;
             let seldom = seldom(&s.position);
-            list(compared, Quantity::Position, rows, 0..3, |k, c| {
+            list(compared, ComparedQuantity::Position, rows, 0..3, |k, c| {
                 (position[k][c], deviation(&level[c], seldom, through[k][c]), level[c].stated)
             });
         }
         if let Some(rotation) = &self.rotation {
             let level = known(&noise.rotation, log, LogChannel::Rotation)?;
             let seldom = seldom(&s.rotation);
-            list(compared, Quantity::Rotation, rows, 0..3, |k, c| {
+            list(compared, ComparedQuantity::Rotation, rows, 0..3, |k, c| {
                 let deviation = deviation(&level[c], seldom, through[k][3]);
                 (none_where_missing(&rotation[k]), deviation, level[c].stated)
             });
@@ -299,7 +302,7 @@ impl Standing {
     }
 
     /// True where the first row is under a load that its noise does not make.
-    pub(super) fn begins_under_load(&self, model: &Model) -> bool {
+    pub(super) fn begins_under_load(&self, model: &BaselineModel) -> bool {
         let frames = model.robot.frames(&self.motors[0].angle);
         let wrench = self.wrench[0].rotated(&frames.tcp.rotation);
         let jacobian = frames.jacobian().0;
@@ -307,7 +310,7 @@ impl Standing {
             jacobian.fixed_view::<3, 1>(0, i).dot(&wrench.moment)
                 + jacobian.fixed_view::<3, 1>(3, i).dot(&wrench.force)
         };
-        self.payload[0] != 0 || (0..JOINTS).any(|i| torque(i).abs() > self.slack[i])
+        self.payload[0] != 0 || (0..JOINTS).any(|i| torque(i).abs() > self.load_uncertainty[i])
     }
 
     /// Where the motors were at every instant.
@@ -320,15 +323,16 @@ impl Standing {
         &self,
         robot: &mut ElasticRobot,
         memory: &Memory,
-        before: Option<&Motion>,
-    ) -> Result<Motion, EffectError> {
+        before: Option<&LinkMotion>,
+    ) -> Result<LinkMotion, EffectError> {
         let n = self.time.len();
-        let mut links = QuasiStaticLinks::remembering(memory).with_slack(self.slack);
-        let mut afloat = self
+        let mut links =
+            QuasiStaticLinks::remembering(memory).with_load_uncertainty(self.load_uncertainty);
+        let mut in_backlash = self
             .seen
             .as_ref()
             .and_then(|s| Some((s, BacklashObserver::new(robot, self.margin, f64::INFINITY)?)));
-        let mut motion = Motion::new(n, afloat.is_some());
+        let mut motion = LinkMotion::new(n, in_backlash.is_some());
         let loaded =
             self.payloads.iter().map(|p| hung(&robot.model, p)).collect::<Result<Vec<_>, _>>()?;
         let mut on_flange = 0;
@@ -339,7 +343,7 @@ impl Standing {
             }
             let wrench = wrench_behind(&robot.ports, &self.wrench_at(robot, k), self.time[k]);
             let mut stand = links.follow(robot, &self.motors[k], &wrench, self.time[k]);
-            if let Some((position, afloat)) = &mut afloat {
+            if let Some((position, in_backlash)) = &mut in_backlash {
                 let tool = seen(&robot.ports, &stand.frames.tcp, self.time[k]);
                 let seen_turned = self.seen_turned.as_ref().map(|turned| &turned[k]);
                 let left = Observed {
@@ -349,9 +353,9 @@ impl Standing {
                     deviation: self.seen_deviation,
                     link: [f64::NAN; JOINTS],
                 };
-                let moved = afloat.moved(robot, &self.motors[k].angle, &stand.link, &left);
+                let moved = in_backlash.moved(robot, &self.motors[k].angle, &stand.link, &left);
                 links.displace(robot, &mut stand, &moved.by, &wrench, self.time[k]);
-                motion.afloat.push(moved.placed);
+                motion.in_backlash.push(moved.placed);
             }
             motion.link.push(stand.link);
             motion.spring.push(stand.spring);
@@ -384,7 +388,12 @@ impl Standing {
     }
 
     /// Measured less predicted, in engineering units.
-    pub(super) fn residual(&self, robot: &ElasticRobot, motion: &Motion, residual: &mut Vec<f64>) {
+    pub(super) fn residual(
+        &self,
+        robot: &ElasticRobot,
+        motion: &LinkMotion,
+        residual: &mut Vec<f64>,
+    ) {
         let tool: Vec<Pose<f64>> = match &self.band {
             None => self.rows.iter().map(|row| motion.tool[*row]).collect(),
             Some(band) => self.smoothed(band, robot, motion),
@@ -411,23 +420,29 @@ impl Standing {
     /// What it takes from the evidence for a model that its links may lie anywhere in their gaps and
     /// are put where they were seen in a weld, as a sum of squares: at every compared row the noise
     /// that such a link takes with it, or twice the logarithm of the gap over what is seen of it.
-    pub(super) fn anywhere(&self, robot: &ElasticRobot, motion: &Motion) -> f64 {
+    pub(super) fn free_play_term(&self, robot: &ElasticRobot, motion: &LinkMotion) -> f64 {
         let of_row = |(row, noise): (&usize, &Vector6<f64>)| -> f64 {
-            let afloat = motion.afloat.get(*row).filter(|afloat| afloat.contains(&true));
-            let Some(afloat) = afloat else { return 0.0 };
+            let in_backlash =
+                motion.in_backlash.get(*row).filter(|in_backlash| in_backlash.contains(&true));
+            let Some(in_backlash) = in_backlash else { return 0.0 };
             let jacobian = robot.model.frames(&motion.link[*row]).jacobian().0;
             let of = |i: usize| {
                 let seen = jacobian.column(i).component_div(noise).norm();
                 let gap = 2.0 * robot.play(i) * seen;
                 (2.0 * (gap / std::f64::consts::TAU.sqrt()).ln()).max(1.0)
             };
-            (0..JOINTS).filter(|i| afloat[*i]).map(of).sum()
+            (0..JOINTS).filter(|i| in_backlash[*i]).map(of).sum()
         };
         self.rows.iter().zip(&self.noise).map(of_row).sum()
     }
 
     /// The tool's poses in the band of a weld, as late as the tracker is, at every compared row.
-    fn smoothed(&self, band: &LowPass, robot: &ElasticRobot, motion: &Motion) -> Vec<Pose<f64>> {
+    fn smoothed(
+        &self,
+        band: &LowPass,
+        robot: &ElasticRobot,
+        motion: &LinkMotion,
+    ) -> Vec<Pose<f64>> {
         let late = robot.ports.delay(Channel::Tracker);
         let n = motion.tool.len();
         // Turned from the middle one: along a straight seam the tool turns by little.
@@ -471,10 +486,15 @@ impl Standing {
 
 /// Torque at each joint that is within the noise of the wrench, N·m: three deviations, in the
 /// middle of the log. `gain`: what of its variance is left.
-fn slack(log: &Log, noise: &NoiseLevels, model: &Model, gain: f64) -> JointVector<f64> {
+fn load_uncertainty(
+    log: &Log,
+    noise: &NoiseLevels,
+    model: &BaselineModel,
+    gain: f64,
+) -> JointVector<f64> {
     let jacobian =
         model.robot.frames(&log.samples.encoder[log.samples.encoder.len() / 2]).jacobian().0;
-    let of = |levels: &[Option<Level>; 3]| {
+    let of = |levels: &[Option<NoiseLevel>; 3]| {
         levels.iter().flatten().map(|l| l.deviation).fold(0.0, f64::max)
     };
     let (moment, force) = (of(&noise.moment), of(&noise.force));

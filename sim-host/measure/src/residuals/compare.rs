@@ -4,14 +4,16 @@
 //! The score √mean((residual/noise)²) is 1.0 where the model is as good as the instruments can
 //! tell. Left out: what is missing in the model, which is for a diagnosis to say.
 
-pub use crate::residuals::finding::FLOOR;
+pub use crate::residuals::finding::NOISE_FLOOR_SCORE;
 
 use crate::data::log::{Log, LogKind, LogNotice};
 use crate::data::noise::{Scatter, instruments, scatters};
 use crate::fit::per_log;
 use crate::fit::{FitProblem, FitState, PerLogEffect};
 use crate::mistakes::{Found, Registered};
-use crate::predict::{Compared, Experiment, Folded, Model, PredictError, Prediction, Quantity};
+use crate::predict::{
+    BaselineModel, Compared, ComparedQuantity, Folded, PredictError, Prediction, PreparedLog,
+};
 use crate::residuals::finding::{Finding, column_label};
 use crate::residuals::localize::localize;
 use rayon::prelude::*;
@@ -170,19 +172,19 @@ pub struct Trace {
 }
 
 /// The baseline that a model file stands on.
-pub fn baseline(model: &ModelFile) -> Model {
-    Model { robot: model.robot.robot.clone(), process: model.process.clone() }
+pub fn baseline(model: &ModelFile) -> BaselineModel {
+    BaselineModel { robot: model.robot.robot.clone(), process: model.process.clone() }
 }
 
 /// Makes logs ready to be compared with a model, each with its instruments' noise.
 ///
 /// # Errors
 /// [`PredictError`] of the first log that cannot be.
-pub fn experiments(logs: &[Log], model: &Model) -> Result<Vec<Experiment>, PredictError> {
+pub fn experiments(logs: &[Log], model: &BaselineModel) -> Result<Vec<PreparedLog>, PredictError> {
     let instruments = instruments(logs);
     (0..logs.len())
         .into_par_iter()
-        .map(|k| Experiment::new(&logs[k], &instruments[k], model))
+        .map(|k| PreparedLog::new(&logs[k], &instruments[k], model))
         .collect()
 }
 
@@ -192,11 +194,14 @@ pub fn experiments(logs: &[Log], model: &Model) -> Result<Vec<Experiment>, Predi
 ///
 /// # Errors
 /// As [`experiments`]; [`PredictError::Nothing`] only where no log can be compared.
-pub fn of_comparable(logs: &mut Vec<Log>, model: &Model) -> Result<Vec<Experiment>, PredictError> {
+pub fn of_comparable(
+    logs: &mut Vec<Log>,
+    model: &BaselineModel,
+) -> Result<Vec<PreparedLog>, PredictError> {
     let instruments = instruments(logs);
-    let mut made: Vec<Result<Experiment, PredictError>> = (0..logs.len())
+    let mut made: Vec<Result<PreparedLog, PredictError>> = (0..logs.len())
         .into_par_iter()
-        .map(|k| Experiment::new(&logs[k], &instruments[k], model))
+        .map(|k| PreparedLog::new(&logs[k], &instruments[k], model))
         .collect();
     if made.iter().any(Result::is_ok) {
         let (mut kept, mut left_out) = (Vec::new(), Vec::new());
@@ -222,7 +227,7 @@ pub fn of_comparable(logs: &mut Vec<Log>, model: &Model) -> Result<Vec<Experimen
         made = stay;
     }
     for (log, made) in logs.iter_mut().zip(&made) {
-        if let Ok(Experiment { folded: Some(Folded { order, frequency }), period, .. }) = made {
+        if let Ok(PreparedLog { folded: Some(Folded { order, frequency }), period, .. }) = made {
             let (order, frequency, period) = (*order, *frequency, *period);
             log.notices.push(LogNotice::Folded { order, frequency, period });
         }
@@ -230,7 +235,7 @@ pub fn of_comparable(logs: &mut Vec<Log>, model: &Model) -> Result<Vec<Experimen
     made.into_iter().collect()
 }
 
-/// Compares a model with the logs that a bench was made of. What every log has of its own
+/// Compares a model with the logs that a problem was made of. What every log has of its own
 /// (`scope = "log"`) is fitted to each, and the notices say so. `done` is called with the
 /// number of every log that is done, from several threads.
 ///
@@ -239,22 +244,22 @@ pub fn of_comparable(logs: &mut Vec<Log>, model: &Model) -> Result<Vec<Experimen
 pub fn compare(
     model: &ModelFile,
     logs: &[Log],
-    bench: &FitProblem,
+    problem: &FitProblem,
     done: &(impl Fn(usize) + Sync),
 ) -> Result<Comparison, PredictError> {
-    let point = match bench.per_log.as_slice() {
+    let point = match problem.per_log.as_slice() {
         [] => FitState::empty(logs.len()),
-        own => per_log::fitted(bench, own, Vec::new())?.0,
+        own => per_log::fitted(problem, own, Vec::new())?.0,
     };
     let predict = |k: usize| {
-        let prediction = bench.experiments[k].predict(&bench.model, &point.effects(bench, k), None);
+        let prediction = problem.logs[k].predict(&problem.model, &point.effects(problem, k), None);
         done(k);
         prediction
     };
     let predictions =
         (0..logs.len()).into_par_iter().map(predict).collect::<Result<Vec<_>, _>>()?;
-    let mut comparison = of_predictions(logs, &bench.experiments, &predictions);
-    comparison.notices.extend(of_each_log(&model.robot, logs, &bench.per_log, &point));
+    let mut comparison = of_predictions(logs, &problem.logs, &predictions);
+    comparison.notices.extend(of_each_log(&model.robot, logs, &problem.per_log, &point));
     Ok(comparison)
 }
 
@@ -269,7 +274,7 @@ pub fn of_each_log(
         let of_log = |(log, each): (&Log, &Vec<Effect>)| {
             Some((log.name.clone(), own.whole(each.iter().find(|e| own.is(e))?)))
         };
-        let found: Vec<_> = logs.iter().zip(&point.each).filter_map(of_log).collect();
+        let found: Vec<_> = logs.iter().zip(&point.per_log).filter_map(of_log).collect();
         let name = own.stated.name(robot);
         (!found.is_empty()).then_some(Notice::PerLog { name, found })
     };
@@ -279,7 +284,7 @@ pub fn of_each_log(
 /// The comparison that predictions of all logs make.
 pub fn of_predictions(
     logs: &[Log],
-    experiments: &[Experiment],
+    experiments: &[PreparedLog],
     predictions: &[Prediction],
 ) -> Comparison {
     let compared = of_logs(logs, experiments, predictions);
@@ -297,7 +302,7 @@ pub fn of_predictions(
 /// residual concentrates.
 pub fn of_logs(
     logs: &[Log],
-    experiments: &[Experiment],
+    experiments: &[PreparedLog],
     predictions: &[Prediction],
 ) -> Vec<LogComparison> {
     (0..logs.len()).map(|k| of_log(&logs[k], &experiments[k], &predictions[k])).collect()
@@ -337,11 +342,11 @@ pub fn notices(
         (!gears.is_empty()).then(|| Notice::GearsAtStart { log: log.name.clone(), gears })
     });
     /// Less says nothing, s.
-    const SETTLED: f64 = 2e-5;
+    const CLOCK_SHIFT_MIN: f64 = 2e-5;
     let clocks = logs.iter().zip(predictions).filter_map(|(log, prediction)| {
         let [late, _] = prediction.late?;
         let log = log.name.clone();
-        (late.abs() > SETTLED).then_some(Notice::ClockSettled { log, late })
+        (late.abs() > CLOCK_SHIFT_MIN).then_some(Notice::ClockSettled { log, late })
     });
     // A filter makes readings scatter less as well; then what is left of them is as stated.
     let quiet = |log: &Log| compared.iter().any(|c| c.name == log.name && c.score < QUIET);
@@ -360,7 +365,7 @@ fn states(logs: &[Log], compared: &LogComparison, channel: &str) -> bool {
     log.is_some_and(|log| log.noise.states(channel))
 }
 
-fn of_log(log: &Log, experiment: &Experiment, prediction: &Prediction) -> LogComparison {
+fn of_log(log: &Log, experiment: &PreparedLog, prediction: &Prediction) -> LogComparison {
     let pairs: Vec<(&Compared, f64)> =
         experiment.compared.iter().zip(prediction.residual.iter().copied()).collect();
     let mut names: Vec<&'static str> = Vec::new();
@@ -426,14 +431,14 @@ fn figures(name: String, pairs: &[(&Compared, f64)]) -> ChannelComparison {
 
 /// What was compared over time, and the amplitudes at the spindle's orders.
 fn traces(log: &Log, pairs: &[(&Compared, f64)]) -> [Vec<Trace>; 2] {
-    let mut traces: Vec<(Quantity, Trace)> = Vec::new();
+    let mut traces: Vec<(ComparedQuantity, Trace)> = Vec::new();
     let start = log.samples.time.first().copied().unwrap_or(0.0);
     for (compared, residual) in pairs {
         let (quantity, column) = (compared.quantity, compared.component);
         let found = traces.iter().rposition(|(of, t)| *of == quantity && t.column == column);
         let place = found.unwrap_or_else(|| {
             let mut label = column_label(log, quantity, column);
-            if let Quantity::Ripple { order, sine } = quantity {
+            if let ComparedQuantity::Ripple { order, sine } = quantity {
                 label += &format!("-order-{order}-{}", if sine { "sine" } else { "cosine" });
             }
             let trace = Trace {
@@ -454,14 +459,17 @@ fn traces(log: &Log, pairs: &[(&Compared, f64)]) -> [Vec<Trace>; 2] {
         trace.time.push(log.samples.time[compared.row] - start);
         // A rotation has no measured value that could be drawn over a predicted one: its difference
         // is drawn over nothing.
-        let measured =
-            if compared.quantity == Quantity::Rotation { difference } else { compared.measured };
+        let measured = if compared.quantity == ComparedQuantity::Rotation {
+            difference
+        } else {
+            compared.measured
+        };
         trace.measured.push(measured);
         trace.predicted.push(measured - difference);
         trace.deviation.push(compared.deviation);
     }
     let (lines, traces): (Vec<_>, Vec<_>) =
-        traces.into_iter().partition(|(of, _)| matches!(of, Quantity::Ripple { .. }));
+        traces.into_iter().partition(|(of, _)| matches!(of, ComparedQuantity::Ripple { .. }));
     [traces, lines].map(|of| of.into_iter().map(|(_, trace)| trace).collect())
 }
 

@@ -1,12 +1,12 @@
 //! What a residual follows, as it is reported, and the names of columns.
 
 use crate::data::log::{Log, LogKind};
-use crate::predict::Quantity;
+use crate::predict::ComparedQuantity;
 use trueweld_core::JOINTS;
 
 /// A score up to here is the noise floor: the deviations that residuals are judged by, propagated
 /// through the model to first order, are themselves known to about a tenth.
-pub const FLOOR: f64 = 1.1;
+pub const NOISE_FLOOR_SCORE: f64 = 1.1;
 
 /// In which way a residual goes with a condition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -19,7 +19,7 @@ pub enum Statistic {
 
 /// A condition under which rows were recorded. Joints count from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Variable {
+pub enum RowCondition {
     /// Time from the start of the log, s.
     Time,
     /// Angle of a joint, rad.
@@ -65,7 +65,7 @@ pub enum Variable {
     Frequency,
 }
 
-impl Variable {
+impl RowCondition {
     /// Its unit; empty for categories.
     pub fn unit(self) -> &'static str {
         match self {
@@ -102,7 +102,7 @@ pub enum Category {
     /// An order of the spindle; 0 below its frequency.
     SpindleOrder(u8),
     /// A compared series: a quantity and its column.
-    Series(Quantity, u8),
+    Series(ComparedQuantity, u8),
 }
 
 /// One condition that the residual of one channel goes with.
@@ -119,7 +119,7 @@ pub struct Finding {
     /// Names of the robot's joints.
     pub joints: [String; JOINTS],
     /// The condition.
-    pub variable: Variable,
+    pub variable: RowCondition,
     /// Mean or size.
     pub how: Statistic,
     /// Share of the channel's squared residual, 0 to 1, that goes with the condition.
@@ -140,9 +140,9 @@ pub struct Finding {
     pub samples_there: f64,
     /// Other conditions that this channel's residual goes with nearly as much: these data do not
     /// tell them apart.
-    pub similar: Vec<Variable>,
+    pub similar: Vec<RowCondition>,
     /// The residual over the condition.
-    pub curve: Curve,
+    pub curve: ConditionCurve,
     /// Two conditions that it follows together, where one does not do; with the first finding of a
     /// channel alone.
     pub map: Option<ResidualMap>,
@@ -163,7 +163,7 @@ pub struct ResidualMap {
     /// The other.
     pub y: MapAxis,
     /// The series where it shows most: its quantity and column.
-    pub series: (Quantity, u8),
+    pub series: (ComparedQuantity, u8),
     /// Mean residual by y, then by x, in the quantity's unit; NaN where there are too few rows.
     pub mean: Vec<Vec<f64>>,
     /// Share of the channel's squared residual that goes with both, 0 to 1.
@@ -178,7 +178,7 @@ pub struct ResidualMap {
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapAxis {
     /// The condition.
-    pub variable: Variable,
+    pub variable: RowCondition,
     /// Its categories; empty where the condition is a number.
     pub categories: Vec<Category>,
     /// Mean of the condition in each bin; of a category its number, NaN where there is no row.
@@ -187,20 +187,20 @@ pub struct MapAxis {
 
 /// A residual over a condition, for one column.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
+pub struct ConditionCurve {
     /// The categories, one a point; empty where the condition is a number.
     pub categories: Vec<Category>,
     /// The series where the condition shows most; `None` where all of the channel is drawn.
-    pub series: Option<(Quantity, u8)>,
+    pub series: Option<(ComparedQuantity, u8)>,
     /// Unit of `y` and `error`.
     pub y_unit: &'static str,
     /// The points, in the order of the condition.
-    pub points: Vec<CurvePoint>,
+    pub points: Vec<ConditionBin>,
 }
 
 /// One bin of a condition.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CurvePoint {
+pub struct ConditionBin {
     /// Mean of the condition in the bin; of a category its number.
     pub x: f64,
     /// Mean of the residual there, or its root mean square.
@@ -210,9 +210,9 @@ pub struct CurvePoint {
 }
 
 /// What people call a column of a channel.
-pub(crate) fn column_label(log: &Log, quantity: Quantity, column: u8) -> String {
+pub(crate) fn column_label(log: &Log, quantity: ComparedQuantity, column: u8) -> String {
     match quantity {
-        Quantity::LinkEncoder | Quantity::MotorTorque => {
+        ComparedQuantity::LinkEncoder | ComparedQuantity::MotorTorque => {
             log.robot.joint_names[usize::from(column)].clone()
         }
         _ => ["x", "y", "z"][usize::from(column).min(2)].to_owned(),

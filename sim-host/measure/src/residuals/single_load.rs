@@ -3,10 +3,10 @@
 
 use super::compare::Notice;
 use crate::data::log::{Log, LogKind};
-use crate::predict::{Experiment, Prediction};
+use crate::predict::{Prediction, PreparedLog};
 
 /// Fewest loads of which one can stand out.
-const FEWEST: usize = 6;
+const LOADS_MIN: usize = 6;
 
 /// Least mean square of the load, in those of the noise, in the median of all loads, and in the
 /// next.
@@ -15,12 +15,12 @@ const ABOVE_OTHERS: f64 = 9.0;
 const ABOVE_NEXT: f64 = 2.0;
 
 /// Least share of the log's squared residual.
-const SHARE: f64 = 0.4;
+const SQUARED_RESIDUAL_SHARE_MIN: f64 = 0.4;
 
 /// The load of each log at rest that alone makes most of what a model that was fitted leaves of it.
 pub fn single_loads(
     logs: &[Log],
-    experiments: &[Experiment],
+    experiments: &[PreparedLog],
     fitted: &[Prediction],
 ) -> Vec<Notice> {
     let all = logs.iter().zip(experiments).zip(fitted);
@@ -45,7 +45,7 @@ fn standing_out(squares: &[f64], counts: &[f64]) -> Option<(usize, f64)> {
     let means = squares.iter().zip(counts).map(|(square, count)| square / count);
     let means: Vec<(usize, f64)> = means.enumerate().filter(|(_, mean)| mean.is_finite()).collect();
     let (row, most) = means.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    if means.len() < FEWEST {
+    if means.len() < LOADS_MIN {
         return None;
     }
     let mut sorted: Vec<f64> = means.iter().map(|(_, mean)| *mean).collect();
@@ -55,7 +55,7 @@ fn standing_out(squares: &[f64], counts: &[f64]) -> Option<(usize, f64)> {
     let stands_out = most > ABOVE_NOISE
         && most > ABOVE_OTHERS * median
         && most > ABOVE_NEXT * next
-        && share > SHARE;
+        && share > SQUARED_RESIDUAL_SHARE_MIN;
     stands_out.then_some((row, share))
 }
 

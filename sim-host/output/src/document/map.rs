@@ -3,6 +3,7 @@
 //! Blue is within what is allowed and orange beyond it, white the limit between them; where nothing is
 //! allowed or forbidden, dark blue is most. Grey is where there is no value.
 
+use super::plot::{PICTURE_SCALE, TEXT_HEIGHT};
 use crate::color::{Rgb, css};
 use maud::{Markup, PreEscaped, html};
 use plotters::prelude::*;
@@ -10,7 +11,7 @@ use plotters::prelude::*;
 /// Within the limit, at the limit, beyond it.
 const GOOD: Rgb = [0, 90, 160];
 const BAD: Rgb = [200, 75, 0];
-const NONE: Rgb = [222, 222, 222];
+const NO_VALUE_COLOUR: Rgb = [222, 222, 222];
 
 /// A quantity over two coordinates.
 pub(crate) struct Map {
@@ -31,12 +32,9 @@ pub(crate) struct Map {
 /// Share of what is allowed at which a colour is full.
 const WORST: f64 = 4.0;
 
-/// Drawn at twice the size it is shown at.
-const SCALE: u32 = 2;
-const SIZE: (u32, u32) = (530 * SCALE, 300 * SCALE);
-const TEXT: u32 = 15 * SCALE;
+const SIZE: (u32, u32) = (530 * PICTURE_SCALE, 300 * PICTURE_SCALE);
 /// Width of the scale with its labels.
-const SCALE_WIDTH: u32 = 92 * SCALE;
+const SCALE_WIDTH: u32 = 92 * PICTURE_SCALE;
 
 impl Map {
     pub(super) fn markup(&self) -> Markup {
@@ -44,7 +42,7 @@ impl Map {
             figure {
                 figcaption {
                     b { (self.title) }
-                    span.key { i.band style={ "border-color:#999;background:" (css(NONE)) } {} "not reached" }
+                    span.key { i.band style={ "border-color:#999;background:" (css(NO_VALUE_COLOUR)) } {} "not reached" }
                     @if let Some((limit, least)) = self.allowed {
                         span.key { (if least { "at least " } else { "at most " }) (text(limit)) }
                     }
@@ -97,11 +95,11 @@ impl Map {
             [] => [0.0, 1.0],
         };
         let [x, y] = [ends(&self.xs, 0.5 * wide), ends(&self.ys, 0.5 * high)];
-        let font = || ("sans-serif", TEXT).into_font().color(&RGBColor(60, 60, 60));
+        let font = || ("sans-serif", TEXT_HEIGHT).into_font().color(&RGBColor(60, 60, 60));
         let mut chart = ChartBuilder::on(&field)
-            .margin(6 * SCALE)
-            .x_label_area_size(36 * SCALE)
-            .y_label_area_size(62 * SCALE)
+            .margin(6 * PICTURE_SCALE)
+            .x_label_area_size(36 * PICTURE_SCALE)
+            .y_label_area_size(62 * PICTURE_SCALE)
             .build_cartesian_2d(x[0]..x[1], y[0]..y[1])?;
         chart
             .configure_mesh()
@@ -119,7 +117,7 @@ impl Map {
         let span = self.span();
         for (row, y) in self.values.iter().zip(&self.ys) {
             chart.draw_series(row.iter().zip(&self.xs).map(|(value, x)| {
-                let color = value.map_or(NONE, |value| self.color(value, span));
+                let color = value.map_or(NO_VALUE_COLOUR, |value| self.color(value, span));
                 let fill = RGBColor(color[0], color[1], color[2]).filled();
                 let corners = [-0.5, 0.5].map(|side| (x + side * wide, y + side * high));
                 Rectangle::new(corners, fill)
@@ -127,11 +125,15 @@ impl Map {
         }
         for (x, y, letter) in &self.marks {
             let place = chart.backend_coord(&(*x, *y));
-            let radius = 11 * SCALE as i32;
+            let radius = 11 * PICTURE_SCALE as i32;
             field.draw(&Circle::new(place, radius, WHITE.filled()))?;
-            field.draw(&Circle::new(place, radius, BLACK.stroke_width(SCALE)))?;
-            let at = (place.0 - 5 * SCALE as i32, place.1 - 7 * SCALE as i32);
-            field.draw(&Text::new(letter.to_string(), at, ("sans-serif", TEXT).into_font()))?;
+            field.draw(&Circle::new(place, radius, BLACK.stroke_width(PICTURE_SCALE)))?;
+            let at = (place.0 - 5 * PICTURE_SCALE as i32, place.1 - 7 * PICTURE_SCALE as i32);
+            field.draw(&Text::new(
+                letter.to_string(),
+                at,
+                ("sans-serif", TEXT_HEIGHT).into_font(),
+            ))?;
         }
         self.draw_scale(&scale, span)?;
         root.present()?;
@@ -146,8 +148,8 @@ impl Map {
     ) -> Result<(), Box<dyn std::error::Error>> {
         const FIELDS: i32 = 40;
         const LABELS: i32 = 4;
-        let (top, height) = (8 * SCALE as i32, (SIZE.1 - 60 * SCALE) as i32);
-        let (left, wide) = (4 * SCALE as i32, 18 * SCALE as i32);
+        let (top, height) = (8 * PICTURE_SCALE as i32, (SIZE.1 - 60 * PICTURE_SCALE) as i32);
+        let (left, wide) = (4 * PICTURE_SCALE as i32, 18 * PICTURE_SCALE as i32);
         for k in 0..FIELDS {
             let share = (f64::from(k) + 0.5) / f64::from(FIELDS);
             let [r, g, b] = self.color(span[1] - share * (span[1] - span[0]), span);
@@ -157,8 +159,11 @@ impl Map {
         }
         for k in 0..=LABELS {
             let value = span[1] - f64::from(k) / f64::from(LABELS) * (span[1] - span[0]);
-            let at = (left + wide + 5 * SCALE as i32, top + height * k / LABELS - 7 * SCALE as i32);
-            area.draw(&Text::new(text(value), at, ("sans-serif", TEXT).into_font()))?;
+            let at = (
+                left + wide + 5 * PICTURE_SCALE as i32,
+                top + height * k / LABELS - 7 * PICTURE_SCALE as i32,
+            );
+            area.draw(&Text::new(text(value), at, ("sans-serif", TEXT_HEIGHT).into_font()))?;
         }
         Ok(())
     }
@@ -223,7 +228,7 @@ mod tests {
         assert!(!blue(map.color(4.0, [0.0, 4.0])));
         let svg = map.svg();
         assert!(svg.ends_with("</svg>\n") && svg.contains(">B<") || svg.contains("B\n"), "{svg}");
-        assert!(svg.to_lowercase().contains(&css(NONE)), "{svg}");
+        assert!(svg.to_lowercase().contains(&css(NO_VALUE_COLOUR)), "{svg}");
     }
 
     #[test]

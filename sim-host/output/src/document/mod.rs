@@ -9,7 +9,7 @@ mod text;
 pub(crate) use map::Map;
 #[cfg(feature = "rerun")]
 pub(crate) use map::within_limit;
-pub(crate) use plot::{Line, Marked, Plot, reference};
+pub(crate) use plot::{Marked, Plot, PlotLine, reference};
 
 use crate::color::Rgb;
 use crate::words::provenance;
@@ -65,7 +65,7 @@ pub(crate) enum Block {
     Steps(Vec<String>),
     Table(Table),
     /// Pictures, two in a row where they are not wide. On pages alone.
-    Figures(Vec<Figure>),
+    Figures(Vec<Picture>),
     /// Maps, two in a row. On pages alone.
     Maps(Vec<Map>),
 }
@@ -83,7 +83,7 @@ impl Document {
     /// What the result is of: options, warnings and files.
     fn origin(&self) -> Vec<Block> {
         let of = &self.provenance;
-        let table = |head: &[[&str; 3]], rows: Vec<Vec<Cell>>| {
+        let table = |head: &[[&str; 3]], rows: Vec<Vec<TableCell>>| {
             Block::Table(Table { head: head.iter().map(|h| h.map(words).to_vec()).collect(), rows })
         };
         let options = provenance::options(of).into_iter().map(|row| row.map(words).to_vec());
@@ -140,13 +140,13 @@ impl Block {
 /// A table; every row has cells for the same columns.
 #[derive(Default)]
 pub(crate) struct Table {
-    pub head: Vec<Vec<Cell>>,
-    pub rows: Vec<Vec<Cell>>,
+    pub head: Vec<Vec<TableCell>>,
+    pub rows: Vec<Vec<TableCell>>,
 }
 
 /// A cell of a table.
 #[derive(Clone, Default)]
-pub(crate) struct Cell {
+pub(crate) struct TableCell {
     /// What it says, a line each.
     pub lines: Vec<String>,
     /// Words stand left, numbers right.
@@ -184,16 +184,16 @@ pub(crate) struct Bar {
 }
 
 /// Words in a cell.
-pub(crate) fn words(text: impl Into<String>) -> Cell {
-    Cell { left: true, ..number(text) }
+pub(crate) fn words(text: impl Into<String>) -> TableCell {
+    TableCell { left: true, ..number(text) }
 }
 
 /// A number in a cell.
-pub(crate) fn number(text: impl Into<String>) -> Cell {
-    Cell { lines: vec![text.into()], ..Cell::default() }
+pub(crate) fn number(text: impl Into<String>) -> TableCell {
+    TableCell { lines: vec![text.into()], ..TableCell::default() }
 }
 
-impl Cell {
+impl TableCell {
     pub(crate) fn over(self, columns: usize) -> Self {
         Self { more_columns: columns - 1, ..self }
     }
@@ -221,14 +221,14 @@ impl Cell {
 }
 
 /// A picture with what it shows.
-pub(crate) struct Figure {
+pub(crate) struct Picture {
     pub title: String,
     /// What it means, above it.
     pub text: String,
     pub plot: Plot,
 }
 
-impl Figure {
+impl Picture {
     pub(crate) fn new(title: impl Into<String>, plot: Plot) -> Self {
         Self { title: title.into(), text: String::new(), plot }
     }

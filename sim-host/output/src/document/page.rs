@@ -2,7 +2,7 @@
 //! SVG; a script turns them into plots that answer the mouse, and without it they stay pictures.
 
 use super::plot::PlotData;
-use super::{Bar, Block, Cell, Document, Figure, Form, Medium, Table, Tone};
+use super::{Bar, Block, Document, Form, Medium, Picture, Table, TableCell, Tone};
 use crate::color::{Dash, css};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -88,7 +88,7 @@ impl Table {
     }
 }
 
-impl Cell {
+impl TableCell {
     fn markup(&self, head: bool) -> Markup {
         let span = (self.more_columns > 0).then_some(self.more_columns + 1);
         let line = self.color.map(|color| format!("border-bottom:3px solid {}", css(color)));
@@ -122,7 +122,7 @@ impl Bar {
     }
 }
 
-impl Figure {
+impl Picture {
     fn markup(&self) -> Markup {
         let plot = &self.plot;
         html! {

@@ -10,7 +10,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use serde::Serialize;
 
 /// One line of a plot.
-pub(crate) struct Line {
+pub(crate) struct PlotLine {
     pub name: String,
     pub color: Rgb,
     pub dash: Dash,
@@ -18,7 +18,7 @@ pub(crate) struct Line {
     pub points: Vec<(f64, f64)>,
 }
 
-impl Line {
+impl PlotLine {
     fn is_reference(&self) -> bool {
         self.color == REFERENCE
     }
@@ -37,7 +37,7 @@ pub(crate) struct Marked {
 pub(crate) struct Plot {
     pub x_label: String,
     pub y_label: String,
-    pub lines: Vec<Line>,
+    pub lines: Vec<PlotLine>,
     /// Shaded between its two limits, which the y axis then includes.
     pub band: Option<[f64; 2]>,
     /// What the band is.
@@ -69,7 +69,7 @@ pub(crate) struct Plot {
 }
 
 /// Points of a line that a script gets for each pixel of a page's column: enough to enlarge it.
-const COLUMNS: usize = 700;
+const SCRIPT_POINTS_MAX: usize = 700;
 
 /// What a script draws a plot from.
 #[derive(Serialize)]
@@ -81,12 +81,12 @@ pub(super) struct PlotData<'a> {
     y_range: Option<[f64; 2]>,
     wide: bool,
     logarithmic: bool,
-    series: Vec<Series>,
+    series: Vec<PlotSeries>,
 }
 
 /// One line, or points that none joins.
 #[derive(Serialize)]
-struct Series {
+struct PlotSeries {
     name: String,
     color: String,
     /// Pixels drawn and left out, over and over.
@@ -102,14 +102,14 @@ struct Series {
 }
 
 /// Drawn at twice the size it is shown at, since the coordinates of the picture are whole numbers.
-const SCALE: u32 = 2;
+pub(super) const PICTURE_SCALE: u32 = 2;
 
 /// Least and largest room for the names of lines, right of them, and the room of a letter.
-const NAMES: [u32; 2] = [108 * SCALE, 240 * SCALE];
-const LETTER: u32 = 8 * SCALE;
+const NAME_ROOM: [u32; 2] = [108 * PICTURE_SCALE, 240 * PICTURE_SCALE];
+const LETTER: u32 = 8 * PICTURE_SCALE;
 
 /// Height of a line of text.
-const TEXT: u32 = 15 * SCALE;
+pub(super) const TEXT_HEIGHT: u32 = 15 * PICTURE_SCALE;
 
 impl Plot {
     /// The picture, to be put into a page as it stands.
@@ -122,12 +122,12 @@ impl Plot {
     /// The same for the page's script.
     pub(super) fn data(&self) -> PlotData<'_> {
         let [x, _] = self.ranges();
-        let columns = if self.wide { 2 * COLUMNS } else { COLUMNS };
-        let of_line = |line: &Line| Series {
+        let columns = if self.wide { 2 * SCRIPT_POINTS_MAX } else { SCRIPT_POINTS_MAX };
+        let of_line = |line: &PlotLine| PlotSeries {
             joined: true,
             dotted: self.named,
             dash: line.dash.pixels(),
-            ..Series::of(
+            ..PlotSeries::of(
                 &line.name,
                 line.color,
                 match self.named {
@@ -136,11 +136,11 @@ impl Plot {
                 },
             )
         };
-        let mut series: Vec<Series> =
+        let mut series: Vec<PlotSeries> =
             self.lines.iter().filter(|l| !l.points.is_empty()).map(of_line).collect();
         let named = |name: &'static str, usual| if name.is_empty() { usual } else { name };
         if !self.rings.is_empty() {
-            series.push(Series::of(
+            series.push(PlotSeries::of(
                 named(self.rings_name, "as fitted"),
                 run(1),
                 self.rings.clone(),
@@ -149,9 +149,9 @@ impl Plot {
         if !self.marked.is_empty() {
             let points = self.marked.iter().map(|m| (m.x, m.y)).collect();
             let error = Some(self.marked.iter().map(|m| five_digits(m.error)).collect());
-            series.push(Series {
+            series.push(PlotSeries {
                 error,
-                ..Series::of(named(self.marked_name, "measured"), run(0), points)
+                ..PlotSeries::of(named(self.marked_name, "measured"), run(0), points)
             });
         }
         PlotData {
@@ -168,22 +168,24 @@ impl Plot {
 
     fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error + '_>> {
         let size = match (self.wide, self.named) {
-            (true, _) => (1080 * SCALE, 300 * SCALE),
-            (false, false) => (530 * SCALE, 230 * SCALE),
+            (true, _) => (1080 * PICTURE_SCALE, 300 * PICTURE_SCALE),
+            (false, false) => (530 * PICTURE_SCALE, 230 * PICTURE_SCALE),
             // A line of text for every name, and as many below them as the axis takes.
-            (false, true) => (530 * SCALE, (320 * SCALE).max((self.names() + 5) * TEXT)),
+            (false, true) => {
+                (530 * PICTURE_SCALE, (320 * PICTURE_SCALE).max((self.names() + 5) * TEXT_HEIGHT))
+            }
         };
         // The SVG backend writes sizes smaller than asked for by 1.24.
-        let font = TEXT;
+        let font = TEXT_HEIGHT;
         // Powers of ten are written out.
-        let margin = if self.logarithmic { 76 } else { 62 } * SCALE;
+        let margin = if self.logarithmic { 76 } else { 62 } * PICTURE_SCALE;
         let root = SVGBackend::with_string(svg, size).into_drawing_area();
         let [x, y] = self.ranges();
         let logarithmic = self.logarithmic;
         let mut chart = ChartBuilder::on(&root)
-            .margin(6 * SCALE)
-            .margin_right(if self.named { self.room() } else { 16 * SCALE })
-            .x_label_area_size(36 * SCALE)
+            .margin(6 * PICTURE_SCALE)
+            .margin_right(if self.named { self.room() } else { 16 * PICTURE_SCALE })
+            .x_label_area_size(36 * PICTURE_SCALE)
             .y_label_area_size(margin)
             .build_cartesian_2d(x[0]..x[1], Upright { range: (y[0]..y[1]).into(), logarithmic })?;
         if let Some([low, high]) = self.band {
@@ -193,7 +195,7 @@ impl Plot {
             for limit in [low, high] {
                 chart.draw_series(LineSeries::new(
                     [(x[0], limit), (x[1], limit)],
-                    RGBColor(r, g, b).stroke_width(SCALE),
+                    RGBColor(r, g, b).stroke_width(PICTURE_SCALE),
                 ))?;
             }
         }
@@ -224,15 +226,15 @@ impl Plot {
         if !logarithmic && y[0] < 0.0 && y[1] > 0.0 {
             chart.draw_series(LineSeries::new(
                 [(x[0], 0.0), (x[1], 0.0)],
-                RGBColor(150, 150, 150).stroke_width(SCALE),
+                RGBColor(150, 150, 150).stroke_width(PICTURE_SCALE),
             ))?;
         }
-        let columns = (size.0 - margin - 22 * SCALE) as usize / SCALE as usize;
+        let columns = (size.0 - margin - 22 * PICTURE_SCALE) as usize / PICTURE_SCALE as usize;
         for (k, line) in self.lines.iter().enumerate() {
             let [r, g, b] = line.color;
             let rippled = self.rippled && !line.is_reference();
             let opacity = if rippled { 0.35 } else { 1.0 };
-            let style = RGBColor(r, g, b).mix(opacity).stroke_width(3 * SCALE / 2);
+            let style = RGBColor(r, g, b).mix(opacity).stroke_width(3 * PICTURE_SCALE / 2);
             let inside = || self.drawn(line).filter(|p| p.0 >= x[0] && p.0 <= x[1]);
             let shown = match () {
                 () if rippled && k > 0 => Vec::new(),
@@ -240,7 +242,7 @@ impl Plot {
                 () => envelope(inside(), x, columns),
             };
             for points in clipped(&shown, y) {
-                match line.dash.pixels().map(|pixels| pixels.map(|p| p * SCALE)) {
+                match line.dash.pixels().map(|pixels| pixels.map(|p| p * PICTURE_SCALE)) {
                     Some([on, off]) => {
                         chart.draw_series(DashedLineSeries::new(points, on, off, style))?
                     }
@@ -249,7 +251,7 @@ impl Plot {
             }
             if rippled {
                 let inside: Vec<(f64, f64)> = inside().collect();
-                let style = RGBColor(r, g, b).stroke_width(3 * SCALE / 2);
+                let style = RGBColor(r, g, b).stroke_width(3 * PICTURE_SCALE / 2);
                 for means in clipped(&running_means(&inside, columns / 4), y) {
                     chart.draw_series(LineSeries::new(means, style))?;
                 }
@@ -259,28 +261,34 @@ impl Plot {
                     shown
                         .iter()
                         .filter(|p| p.1.is_finite())
-                        .map(|place| Circle::new(*place, 3 * SCALE, style.filled())),
+                        .map(|place| Circle::new(*place, 3 * PICTURE_SCALE, style.filled())),
                 )?;
             }
         }
         if self.named {
             let named = self.lines.iter().filter(|l| !l.name.is_empty());
-            let end = |l: &Line| self.drawn(l).filter(|p| p.1.is_finite()).last();
+            let end = |l: &PlotLine| self.drawn(l).filter(|p| p.1.is_finite()).last();
             let ends = named.map(|l| Some((l, chart.backend_coord(&end(l)?))));
             write_names(&root, self.room(), ends.flatten().collect())?;
         }
         let [r, g, b] = run(1);
-        let ring = RGBColor(r, g, b).stroke_width(3 * SCALE / 2);
-        chart.draw_series(self.rings.iter().map(|place| Circle::new(*place, 6 * SCALE, ring)))?;
+        let ring = RGBColor(r, g, b).stroke_width(3 * PICTURE_SCALE / 2);
+        chart.draw_series(
+            self.rings.iter().map(|place| Circle::new(*place, 6 * PICTURE_SCALE, ring)),
+        )?;
         let [r, g, b] = run(0);
         let ink = RGBColor(r, g, b);
         for point in &self.marked {
             let (low, high) = (point.y - point.error, point.y + point.error);
             chart.draw_series(LineSeries::new(
                 [(point.x, low), (point.x, high)],
-                ink.stroke_width(SCALE),
+                ink.stroke_width(PICTURE_SCALE),
             ))?;
-            chart.draw_series([Circle::new((point.x, point.y), 3 * SCALE, ink.filled())])?;
+            chart.draw_series([Circle::new(
+                (point.x, point.y),
+                3 * PICTURE_SCALE,
+                ink.filled(),
+            )])?;
         }
         root.present()?;
         Ok(())
@@ -294,11 +302,11 @@ impl Plot {
     /// Room for the longest name.
     fn room(&self) -> u32 {
         let longest = self.lines.iter().map(|line| line.name.chars().count()).max().unwrap_or(0);
-        ((longest as u32 + 2) * LETTER).clamp(NAMES[0], NAMES[1])
+        ((longest as u32 + 2) * LETTER).clamp(NAME_ROOM[0], NAME_ROOM[1])
     }
 
     /// A line's points as they are drawn.
-    fn drawn<'a>(&self, line: &'a Line) -> impl Iterator<Item = (f64, f64)> + use<'a> {
+    fn drawn<'a>(&self, line: &'a PlotLine) -> impl Iterator<Item = (f64, f64)> + use<'a> {
         let logarithmic = self.logarithmic;
         line.points.iter().map(move |p| (p.0, if logarithmic { p.1.log10() } else { p.1 }))
     }
@@ -344,7 +352,7 @@ impl Plot {
     }
 }
 
-impl Series {
+impl PlotSeries {
     /// Points, drawn as dots.
     fn of(name: &str, color: Rgb, mut points: Vec<(f64, f64)>) -> Self {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -370,11 +378,11 @@ fn five_digits(value: f64) -> f64 {
 fn write_names(
     root: &DrawingArea<SVGBackend<'_>, Shift>,
     room: u32,
-    mut ends: Vec<(&Line, (i32, i32))>,
+    mut ends: Vec<(&PlotLine, (i32, i32))>,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    const GAP: i32 = 4 * SCALE as i32;
+    const LABEL_GAP: i32 = 4 * PICTURE_SCALE as i32;
     let (width, height) = root.dim_in_pixel();
-    let (left, apart) = ((width - room) as i32 + 2 * GAP, TEXT as i32);
+    let (left, apart) = ((width - room) as i32 + 2 * LABEL_GAP, TEXT_HEIGHT as i32);
     ends.sort_by_key(|(_, end)| end.1);
     let mut places: Vec<i32> = ends.iter().map(|(_, end)| end.1).collect();
     for k in 1..places.len() {
@@ -389,18 +397,20 @@ fn write_names(
     for ((line, end), place) in ends.iter().zip(places) {
         let [r, g, b] = line.color;
         let ink = RGBColor(r, g, b);
-        let leader = vec![(end.0 + GAP, end.1), (left - GAP, place)];
-        root.draw(&PathElement::new(leader, ink.mix(0.5).stroke_width(SCALE / 2)))?;
-        let style =
-            ("sans-serif", TEXT).into_font().color(&ink).pos(Pos::new(HPos::Left, VPos::Center));
+        let leader = vec![(end.0 + LABEL_GAP, end.1), (left - LABEL_GAP, place)];
+        root.draw(&PathElement::new(leader, ink.mix(0.5).stroke_width(PICTURE_SCALE / 2)))?;
+        let style = ("sans-serif", TEXT_HEIGHT)
+            .into_font()
+            .color(&ink)
+            .pos(Pos::new(HPos::Left, VPos::Center));
         root.draw(&Text::new(line.name.as_str(), (left, place), style))?;
     }
     Ok(())
 }
 
 /// A dashed line of the reference colour.
-pub(crate) fn reference(name: &str, points: Vec<(f64, f64)>) -> Line {
-    Line { name: name.to_owned(), color: REFERENCE, dash: Dash::Dashed, points }
+pub(crate) fn reference(name: &str, points: Vec<(f64, f64)>) -> PlotLine {
+    PlotLine { name: name.to_owned(), color: REFERENCE, dash: Dash::Dashed, points }
 }
 
 /// Smallest and largest of some values; never empty, never of no width.

@@ -1,11 +1,11 @@
 //! A document for a terminal.
 
-use super::{Block, Cell, Document, Medium, Table, Tone};
+use super::{Block, Document, Medium, Table, TableCell, Tone};
 
 /// Longest line.
-const WIDTH: usize = 110;
+const TEXT_WIDTH: usize = 110;
 /// Between columns.
-const GAP: usize = 3;
+const COLUMN_GAP: usize = 3;
 /// Narrowest column of words.
 const NARROWEST: usize = 24;
 
@@ -72,7 +72,7 @@ impl Block {
 #[cfg(feature = "rerun")]
 impl Table {
     fn markdown(&self) -> String {
-        let row = |cells: &Vec<Cell>| -> String {
+        let row = |cells: &Vec<TableCell>| -> String {
             let cells = cells.iter().map(|cell| {
                 format!("| {} {}", cell.lines.join("; ").trim(), "| ".repeat(cell.more_columns))
             });
@@ -87,7 +87,7 @@ impl Table {
 
 /// Words in lines that fit, the first after `first`, the others after `rest`.
 fn wrapped(text: &str, first: &str, rest: &str) -> String {
-    let lines = lines_of(text, WIDTH - rest.chars().count());
+    let lines = lines_of(text, TEXT_WIDTH - rest.chars().count());
     let before = std::iter::once(first).chain(std::iter::repeat(rest));
     lines.iter().zip(before).map(|(line, before)| format!("{before}{line}\n")).collect()
 }
@@ -110,12 +110,12 @@ fn lines_of(text: &str, width: usize) -> Vec<String> {
 }
 
 /// Width of a cell's longest line.
-fn width_of(cell: &Cell) -> usize {
+fn width_of(cell: &TableCell) -> usize {
     cell.lines.iter().map(|line| line.chars().count()).max().unwrap_or(0)
 }
 
 /// Cells with the first column of each.
-fn placed(row: &[Cell]) -> impl Iterator<Item = (usize, &Cell)> {
+fn placed(row: &[TableCell]) -> impl Iterator<Item = (usize, &TableCell)> {
     row.iter().scan(0, |column, cell| {
         let here = *column;
         *column += 1 + cell.more_columns;
@@ -124,7 +124,7 @@ fn placed(row: &[Cell]) -> impl Iterator<Item = (usize, &Cell)> {
 }
 
 impl Table {
-    fn all(&self) -> impl Iterator<Item = &Vec<Cell>> {
+    fn all(&self) -> impl Iterator<Item = &Vec<TableCell>> {
         self.head.iter().chain(&self.rows)
     }
 
@@ -144,16 +144,18 @@ impl Table {
         for (k, cell) in self.all().flat_map(|row| placed(row)).filter(|(_, c)| c.more_columns > 0)
         {
             let last = k + cell.more_columns;
-            let there = widths[k..=last].iter().sum::<usize>() + GAP * cell.more_columns;
+            let there = widths[k..=last].iter().sum::<usize>() + COLUMN_GAP * cell.more_columns;
             if cell.tone != Tone::Strong {
                 widths[last] += width_of(cell).saturating_sub(there);
             }
         }
         loop {
-            let whole = widths.iter().sum::<usize>() + GAP * widths.len().saturating_sub(1);
+            let whole = widths.iter().sum::<usize>() + COLUMN_GAP * widths.len().saturating_sub(1);
             let widest = (0..widths.len()).filter(|k| of_words[*k]).max_by_key(|k| widths[*k]);
-            match widest.filter(|k| whole > WIDTH && widths[*k] > NARROWEST) {
-                Some(k) => widths[k] = (widths[k] + WIDTH).saturating_sub(whole).max(NARROWEST),
+            match widest.filter(|k| whole > TEXT_WIDTH && widths[*k] > NARROWEST) {
+                Some(k) => {
+                    widths[k] = (widths[k] + TEXT_WIDTH).saturating_sub(whole).max(NARROWEST)
+                }
                 None => return widths,
             }
         }
@@ -173,8 +175,8 @@ impl Table {
             let mut until = from + 1;
             let mut wide = widths[0];
             for k in from..widths.len() {
-                wide += GAP + widths[k];
-                if bound(k + 1) && (wide <= WIDTH || until == from + 1) {
+                wide += COLUMN_GAP + widths[k];
+                if bound(k + 1) && (wide <= TEXT_WIDTH || until == from + 1) {
                     until = k + 1;
                 }
             }
@@ -189,12 +191,12 @@ impl Table {
     }
 }
 
-fn write_row(row: &[Cell], widths: &[usize], [from, until]: [usize; 2], out: &mut String) {
+fn write_row(row: &[TableCell], widths: &[usize], [from, until]: [usize; 2], out: &mut String) {
     let cells: Vec<(usize, usize, Vec<String>, bool)> = placed(row)
         .filter(|(k, _)| *k == 0 || (*k >= from && *k < until))
         .map(|(k, cell)| {
             let last = (k + cell.more_columns).min(widths.len() - 1);
-            let width = widths[k..=last].iter().sum::<usize>() + GAP * (last - k);
+            let width = widths[k..=last].iter().sum::<usize>() + COLUMN_GAP * (last - k);
             let lines = cell.lines.iter().flat_map(|line| match cell.left && k > 0 {
                 true => lines_of(line, width),
                 false => vec![line.clone()],
@@ -207,7 +209,7 @@ fn write_row(row: &[Cell], widths: &[usize], [from, until]: [usize; 2], out: &mu
         let mut line = String::new();
         for (k, width, lines, left) in &cells {
             let text = lines.get(n).map_or("", String::as_str);
-            line += &" ".repeat(if *k == 0 { 0 } else { GAP });
+            line += &" ".repeat(if *k == 0 { 0 } else { COLUMN_GAP });
             line += &if *left { format!("{text:<width$}") } else { format!("{text:>width$}") };
         }
         out.push_str(line.trim_end());
@@ -239,7 +241,7 @@ mod tests {
     fn a_table_that_is_too_wide_goes_on_below_and_no_run_is_split() {
         for runs in 1..8 {
             let text = table(runs).text();
-            assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
+            assert!(text.lines().all(|line| line.chars().count() <= TEXT_WIDTH), "{text}");
             assert_eq!(text.matches("number ").count(), runs, "{text}");
             assert_eq!(text.matches("18.017 kN").count(), runs, "{text}");
             let head = text.lines().find(|line| line.contains("number 0")).unwrap();
@@ -255,7 +257,7 @@ mod tests {
         let row = vec![words("step"), words("because ".repeat(30)), number("0.98")];
         document.push(Block::Table(Table { head: Vec::new(), rows: vec![row] }));
         let text = document.text();
-        assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= TEXT_WIDTH), "{text}");
         assert_eq!(text.matches("because").count(), 30);
         assert!(text.contains("0.98"));
     }

@@ -200,7 +200,8 @@ pub struct WeldEvidence {
     pub not_required: Vec<NotRequiredFigure>,
     /// What the measurement brought, where that was asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub bought: Vec<BoughtByMeasurement>,
+    #[serde(rename = "bought")]
+    pub value_of_measurement: Vec<BoughtByMeasurement>,
     /// What the failures follow from: of the requirements that draws were beyond, or of the one
     /// that came closest to its limit.
     pub sensitivity: Vec<FigureSensitivity>,
@@ -633,7 +634,7 @@ impl WeldEvidence {
             margins: evidence.margins.iter().map(MarginPlace::of).collect(),
             faults: evidence.faults.iter().map(FaultRun::of).collect(),
             not_required: weld.accepted_faults.iter().map(NotRequiredFigure::of).collect(),
-            bought: BoughtByMeasurement::all(weld),
+            value_of_measurement: BoughtByMeasurement::all(weld),
             sensitivity: weld.sensitivities.iter().map(FigureSensitivity::of).collect(),
             weak_points: weld.weak_points.iter().map(WeakMargin::of).collect(),
         }

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use trueweld_measure::diagnose::Diagnosis;
 use trueweld_measure::residuals::compare::{ChannelComparison, LogComparison};
 use trueweld_measure::residuals::localize::{
-    CurvePoint, Finding, MapAxis, ResidualMap, Statistic, foremost,
+    ConditionBin, Finding, MapAxis, ResidualMap, Statistic, foremost,
 };
 use trueweld_plant::provenance::Provenance;
 
@@ -232,7 +232,7 @@ impl ResidualFinding {
     pub(super) fn of(finding: &Finding) -> Self {
         let curve = &finding.curve;
         let column =
-            |of: fn(&CurvePoint) -> f64| curve.points.iter().map(|p| finite(of(p))).collect();
+            |of: fn(&ConditionBin) -> f64| curve.points.iter().map(|p| finite(of(p))).collect();
         Self {
             kind: finding.kind.name().to_owned(),
             channel: finding.channel.to_owned(),

@@ -13,7 +13,7 @@ use crate::words::experiment;
 use crate::{DiagnoseReport, words};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use trueweld_measure::diagnose::{Candidate, Diagnosis, Reason};
+use trueweld_measure::diagnose::{Candidate, Diagnosis, ExplanationReason};
 use trueweld_measure::experiment::Plan;
 use trueweld_plant::input::RobotFile;
 use trueweld_plant::provenance::Provenance;
@@ -156,9 +156,9 @@ pub struct ConfusablePair {
 
 impl DiagnoseResult {
     pub(crate) fn of(report: &DiagnoseReport<'_>) -> Self {
-        let DiagnoseReport { diagnosis, account, model, before, .. } = *report;
+        let DiagnoseReport { diagnosis, explanation, model, before, .. } = *report;
         let robot = &model.robot;
-        let limit = |limit: &trueweld_measure::diagnose::Limit| {
+        let limit = |limit: &trueweld_measure::diagnose::EffectLimit| {
             let parameter = &limit.kind.parameters[limit.parameter];
             let EffectPlace { effect, at } = EffectPlace::of(limit.kind, limit.at, robot);
             DetectionLimit {
@@ -184,19 +184,21 @@ impl DiagnoseResult {
             verdict: diagnosis.verdict.name().to_owned(),
             sentence: report.headline(),
             score_before: finite(diagnosis.score_before),
-            score_calibrated: finite(trueweld_measure::diagnose::score(&diagnosis.null.at)),
+            score_calibrated: finite(trueweld_measure::diagnose::score(&diagnosis.null.residuals)),
             score_after: finite(report.score_after()),
             candidates: candidates
-                .map(|(k, c)| DiagnosisCandidate::of(c, account.reasons.get(k), diagnosis, robot))
+                .map(|(k, c)| {
+                    DiagnosisCandidate::of(c, explanation.reasons.get(k), diagnosis, robot)
+                })
                 .collect(),
             discovered: DiscoveredLaw::all(report.discovered, robot),
             calibration: FittedEffectValues::calibrations(&diagnosis.calibration, robot, before),
             mountings: diagnosis.mountings.as_ref().map(|m| LinkMountings::of(m, robot)),
-            next_experiment: account.next_experiment.as_ref().map(PlannedExperiment::of),
+            next_experiment: explanation.next_experiment.as_ref().map(PlannedExperiment::of),
             unexplained: ResidualFinding::remaining(diagnosis),
             limits: diagnosis.limits.iter().map(limit).collect(),
             confusable: diagnosis.confusable.iter().map(pair).collect(),
-            undone: undone(&diagnosis.undone, robot),
+            undone: undone(&diagnosis.incomplete, robot),
             notices: report.notices.iter().map(notice).collect(),
             registered: RegisteredTracker::all(report.notices),
         }
@@ -206,7 +208,7 @@ impl DiagnoseResult {
 impl DiagnosisCandidate {
     fn of(
         candidate: &Candidate,
-        reason: Option<&Reason>,
+        reason: Option<&ExplanationReason>,
         diagnosis: &Diagnosis,
         robot: &RobotFile,
     ) -> Self {

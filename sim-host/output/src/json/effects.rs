@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use trueweld_measure::diagnose::FittedEffect;
 use trueweld_measure::diagnose::evidence::EffectCurve;
 use trueweld_measure::residuals::compare::LogComparison;
-use trueweld_measure::residuals::localize::CurvePoint;
+use trueweld_measure::residuals::localize::ConditionBin;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::RobotFile;
 
@@ -123,7 +123,7 @@ impl EffectCurveData {
     pub(super) fn of(curve: &EffectCurve, robot: &RobotFile) -> Self {
         let joints = &robot.joint_names;
         let column =
-            |of: fn(&CurvePoint) -> f64| curve.points.iter().map(|p| finite(of(p))).collect();
+            |of: fn(&ConditionBin) -> f64| curve.points.iter().map(|p| finite(of(p))).collect();
         let fitted = |axis: usize| curve.fitted.iter().map(|p| finite(p[axis])).collect();
         Self {
             title: title(curve, joints),

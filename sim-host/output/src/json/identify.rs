@@ -8,7 +8,7 @@ use crate::{IdentifyReport, StiffnessPlanReport};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-use trueweld_identify::plan::Load;
+use trueweld_identify::plan::LoadKind;
 use trueweld_identify::{CurvePoint, Mode, Number, Section, StiffnessCurve, WeldPart};
 use trueweld_measure::HALF_95;
 use trueweld_plant::provenance::Provenance;
@@ -297,10 +297,10 @@ impl StiffnessPlanResult {
         let half = |deviation: f64| finite(HALF_95 * deviation);
         let load = |planned: &trueweld_identify::plan::PlannedLoad| PlannedStiffnessLoad {
             posture_deg: planned.posture.map(f64::to_degrees).into(),
-            payload_kg: (planned.load == Load::Payload).then_some(report.options.payload),
+            payload_kg: (planned.load == LoadKind::Payload).then_some(report.options.payload),
             force_base_n: match planned.load {
-                Load::Payload => None,
-                Load::Push(force) => Some(force.into()),
+                LoadKind::Payload => None,
+                LoadKind::Push(force) => Some(force.into()),
             },
         };
         let expected = |(j, at): (usize, &String)| ExpectedStiffness {

@@ -173,7 +173,7 @@ impl ImproveResult {
             discovered: DiscoveredLaw::all(&improvement.discovered, &model.robot),
             held_out: improvement.held_out_logs.clone(),
             unexplained: ResidualFinding::remaining(&improvement.diagnosis),
-            undone: undone(&improvement.diagnosis.undone, &model.robot),
+            undone: undone(&improvement.diagnosis.incomplete, &model.robot),
             posterior: report
                 .posterior
                 .map_or(Vec::new(), |of| PosteriorNumber::all(of, &model.robot)),

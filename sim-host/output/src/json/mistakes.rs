@@ -7,7 +7,7 @@ use super::mistake::FileMistake;
 use super::register::RegisteredTracker;
 use crate::{MistakesReport, words};
 use serde::Serialize;
-use trueweld_measure::diagnose::Verdict;
+use trueweld_measure::diagnose::DiagnosisVerdict;
 
 /// Mistakes in the files, in the form of the command that found them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -29,7 +29,7 @@ impl MistakesResult {
         let mistakes = report.found.mistakes.iter().map(|m| FileMistake::of(m, joints)).collect();
         let sentence = words::mistakes::headline(report.found, joints);
         let registered = report.found.registered.iter().map(RegisteredTracker::of).collect();
-        let verdict = Verdict::UnknownEffect.name().to_owned();
+        let verdict = DiagnosisVerdict::UnknownEffect.name().to_owned();
         match provenance.command.as_str() {
             "diagnose" => Self::Diagnose(Box::new(DiagnoseResult {
                 schema: "diagnose/1".to_owned(),

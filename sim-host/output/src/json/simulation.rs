@@ -5,7 +5,7 @@ use crate::{LawsReport, StepReport, WeldReport, WeldRun};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trueweld_compensators::Entry;
-use trueweld_evaluate::laws::{Change, NoFigures, Sweep, VariedQuantity};
+use trueweld_evaluate::laws::{NoFigures, ScenarioChange, ScenarioSweep, VariedQuantity};
 use trueweld_evaluate::{DriveLoad, FirstLimit, ForceFigures, JudgedFigure, Spread, WeldFigures};
 use trueweld_plant::provenance::Provenance;
 use trueweld_plant::simulate::{HealthWarning, HealthWarningKind, LimitSpan, Recording};
@@ -404,7 +404,7 @@ impl LawsResult {
             name: law.name().to_owned(),
             passes: comparison.passes_of(law),
         };
-        let sweep = |sweep: &Sweep| {
+        let sweep = |sweep: &ScenarioSweep| {
             let changes = sweep.quantity.changes();
             let laws = comparison.laws.iter().zip(&sweep.points);
             let results = laws.map(|(law, points)| LawPoints {
@@ -429,7 +429,7 @@ impl LawsResult {
 }
 
 impl LawPoint {
-    fn of(change: Change, point: &Result<WeldFigures, NoFigures>) -> Self {
+    fn of(change: ScenarioChange, point: &Result<WeldFigures, NoFigures>) -> Self {
         let figure = |of: fn(&WeldFigures) -> f64| point.as_ref().ok().map(of);
         let figures = Self {
             lateral_rms_m: figure(|f| f.lateral.rms),
@@ -446,12 +446,14 @@ impl LawPoint {
             ..figures.clone()
         };
         match change {
-            Change::StiffnessError(error) => Self { stiffness_error: Some(error), ..figures },
-            Change::Noise(factor) => Self { noise_factor: Some(factor), ..figures },
-            Change::Delay(periods) => Self { delay_periods: Some(periods), ..figures },
-            Change::Lost(share) => lost(share, false, false),
-            Change::DeadInLastPass => lost(1.0, true, false),
-            Change::ForceSensorDies => lost(0.0, false, true),
+            ScenarioChange::StiffnessError(error) => {
+                Self { stiffness_error: Some(error), ..figures }
+            }
+            ScenarioChange::Noise(factor) => Self { noise_factor: Some(factor), ..figures },
+            ScenarioChange::Delay(periods) => Self { delay_periods: Some(periods), ..figures },
+            ScenarioChange::Lost(share) => lost(share, false, false),
+            ScenarioChange::DeadInLastPass => lost(1.0, true, false),
+            ScenarioChange::ForceSensorDies => lost(0.0, false, true),
         }
     }
 }

@@ -1,22 +1,24 @@
 //! A model against measurements.
 
 use super::Report;
-use super::residuals::{Columns, map, score_bar};
+use super::residuals::{ColumnComparison, map, score_bar};
 use crate::CompareReport;
 use crate::color::{self, Dash, REFERENCE};
 use crate::document::{
-    Block, Document, Figure, Line, Marked, Medium, Plot, Table, Tone, number, words,
+    Block, Document, Marked, Medium, Picture, Plot, PlotLine, Table, Tone, number, words,
 };
 use crate::json::CompareResult;
-use crate::samples::{self, Samples};
-use crate::words::compare::{TOLD, headline, notes, setting};
+use crate::samples::{self, BlockTable};
+use crate::words::compare::{TOLD_FINDINGS, headline, notes, setting};
 use crate::words::finding::{category, map_title, sentence, x_name, y_name};
 use crate::words::{Scale, fixed};
-use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, FLOOR, LogComparison};
-use trueweld_measure::residuals::localize::{CurvePoint, Finding, foremost};
+use trueweld_measure::residuals::compare::{
+    ChannelComparison, Comparison, LogComparison, NOISE_FLOOR_SCORE,
+};
+use trueweld_measure::residuals::localize::{ConditionBin, Finding, foremost};
 
 /// Findings that are drawn.
-const DRAWN: usize = 6;
+const DRAWN_FINDINGS: usize = 6;
 
 impl Report for CompareReport<'_> {
     type Json = CompareResult;
@@ -25,14 +27,14 @@ impl Report for CompareReport<'_> {
         CompareResult::of(self)
     }
 
-    fn samples(&self) -> Option<Samples<'_>> {
+    fn samples(&self) -> Option<BlockTable<'_>> {
         Some(samples::of_logs(vec![(["given", "compared"], &self.comparison.logs)]))
     }
 
     fn document(&self) -> Document {
         let comparison = self.comparison;
-        let told = foremost(&comparison.worst, DRAWN);
-        let sentences = told.iter().take(TOLD).map(|finding| sentence(finding)).collect();
+        let told = foremost(&comparison.worst, DRAWN_FINDINGS);
+        let sentences = told.iter().take(TOLD_FINDINGS).map(|finding| sentence(finding)).collect();
         let mut document = Document::new("Compare", headline(comparison), self.provenance);
         document.push(Block::Note(setting(self.model, comparison)));
         document.push(Block::List(sentences));
@@ -46,10 +48,9 @@ impl Report for CompareReport<'_> {
             let table = Block::Table(map(over_two, finding));
             document.section(Medium::Page, &map_title(finding, over_two), table);
         }
-        let logs = comparison
-            .logs
-            .iter()
-            .flat_map(|log| Columns::worst_of(log).map_or(Vec::new(), |columns| columns.figures()));
+        let logs = comparison.logs.iter().flat_map(|log| {
+            ColumnComparison::worst_of(log).map_or(Vec::new(), |columns| columns.figures())
+        });
         document.section(
             Medium::Page,
             "Measured and predicted: of every log the worst column",
@@ -73,7 +74,7 @@ fn table(comparison: &Comparison) -> Table {
     let highest = channels().map(|channel| channel.score).fold(2.0, f64::max);
     let of_log = |log: &LogComparison| {
         let name = words(format!("{}, {}", log.name, log.kind)).tone(Tone::Strong).over(4);
-        vec![name, number(fixed(log.score, 2)).bad(log.score > FLOOR)]
+        vec![name, number(fixed(log.score, 2)).bad(log.score > NOISE_FLOOR_SCORE)]
     };
     let of_channel = |channel: &ChannelComparison| {
         let quantity = |value: f64| Scale::small(channel.unit).quantity(value);
@@ -95,24 +96,24 @@ fn table(comparison: &Comparison) -> Table {
 }
 
 /// The residual over the condition that it follows.
-fn finding_figure(finding: &Finding) -> Figure {
+fn finding_figure(finding: &Finding) -> Picture {
     let curve = &finding.curve;
     let (x, y) = (Scale::large(finding.variable.unit()), Scale::small(curve.y_unit));
     let numbered = curve.categories.is_empty();
-    let mark = |(k, point): (usize, &CurvePoint)| Marked {
+    let mark = |(k, point): (usize, &ConditionBin)| Marked {
         x: if numbered { point.x * x.factor } else { k as f64 },
         y: point.y * y.factor,
         error: point.error * y.factor,
     };
     let marked: Vec<Marked> = curve.points.iter().enumerate().map(mark).collect();
     let points = marked.iter().filter(|_| numbered).map(|m| (m.x, m.y)).collect();
-    Figure {
+    Picture {
         title: format!("{}: {}", finding.channel, y_name(finding)),
         text: sentence(finding),
         plot: Plot {
             x_label: x.named(&x_name(finding)),
             y_label: y.named("residual"),
-            lines: vec![Line {
+            lines: vec![PlotLine {
                 name: String::new(),
                 color: color::run(0),
                 dash: Dash::Solid,
@@ -125,9 +126,9 @@ fn finding_figure(finding: &Finding) -> Figure {
     }
 }
 
-impl Columns<'_> {
+impl ColumnComparison<'_> {
     /// The worst column of a log.
-    fn worst_of(log: &LogComparison) -> Option<Columns<'_>> {
+    fn worst_of(log: &LogComparison) -> Option<ColumnComparison<'_>> {
         let mut columns: Vec<_> = log.channels.iter().flat_map(|c| &c.columns).collect();
         columns.sort_by(|a, b| b.score.total_cmp(&a.score));
         columns.iter().find_map(|column| {
@@ -135,7 +136,7 @@ impl Columns<'_> {
                 .traces
                 .iter()
                 .find(|t| format!("{}[{}]", t.channel, t.column) == column.name)?;
-            Some(Columns {
+            Some(ColumnComparison {
                 log: &log.name,
                 scores: fixed(column.score, 1),
                 predictions: vec![("predicted", REFERENCE, trace)],

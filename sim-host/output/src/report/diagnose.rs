@@ -1,14 +1,14 @@
 //! Which physical effect is missing in a model.
 
 use super::Report;
-use super::residuals::{before_and_after, map};
+use super::residuals::{BEFORE_AND_AFTER_COLUMNS, before_and_after, map};
 use crate::DiagnoseReport;
 use crate::color::{self, Dash};
 use crate::document::{
-    Bar, Block, Cell, Document, Figure, Line, Marked, Medium, Plot, Table, number, words,
+    Bar, Block, Document, Marked, Medium, Picture, Plot, PlotLine, Table, TableCell, number, words,
 };
 use crate::json::DiagnoseResult;
-use crate::samples::{self, Samples};
+use crate::samples::{self, BlockTable};
 use crate::words::curve::{title, x_name, y_name};
 use crate::words::diagnose::{
     confusable, in_a_line, limits, none_of_these, ranked, remains, undone, values,
@@ -16,17 +16,15 @@ use crate::words::diagnose::{
 use crate::words::finding::map_title;
 use crate::words::{self, Scale, counted, probability, score, share};
 use trueweld_measure::diagnose::evidence::EffectCurve;
-use trueweld_measure::diagnose::{FittedEffect, Reason, Verdict};
-use trueweld_measure::residuals::localize::{CurvePoint, foremost};
+use trueweld_measure::diagnose::{DiagnosisVerdict, ExplanationReason, FittedEffect};
+use trueweld_measure::residuals::localize::{ConditionBin, foremost};
 use trueweld_plant::effects::CalibrationScope;
 use trueweld_plant::input::RobotFile;
 
-/// Columns drawn before and after.
-const COLUMNS: usize = 4;
 /// Longest name beside an axis.
 const MOST_OF_AXIS: usize = 30;
 /// Pairs of effects that are hard to tell apart, shown at most.
-const PAIRS: usize = 12;
+const CONFUSABLE_PAIRS_MAX: usize = 12;
 
 impl Report for DiagnoseReport<'_> {
     type Json = DiagnoseResult;
@@ -35,7 +33,7 @@ impl Report for DiagnoseReport<'_> {
         DiagnoseResult::of(self)
     }
 
-    fn samples(&self) -> Option<Samples<'_>> {
+    fn samples(&self) -> Option<BlockTable<'_>> {
         Some(samples::of_logs(vec![
             (["given", "fitted"], self.before),
             (["improved", "fitted"], self.after),
@@ -44,7 +42,7 @@ impl Report for DiagnoseReport<'_> {
 
     fn document(&self) -> Document {
         let diagnosis = self.diagnosis;
-        let missing = diagnosis.verdict != Verdict::Adequate;
+        let missing = diagnosis.verdict != DiagnosisVerdict::Adequate;
         let mut document = Document::new("Diagnose", self.headline(), self.provenance);
         document.push(Block::Lead(self.explanation().unwrap_or_default()));
         document.push(Block::List(self.details()));
@@ -52,10 +50,14 @@ impl Report for DiagnoseReport<'_> {
         let found = super::discover::curves(self.discovered, &self.model.robot);
         document.section(Medium::Page, words::discover::CURVE, Block::Figures(found));
         let differences = super::discover::differences(self.discovered, &self.model.robot);
-        document.section(Medium::Page, words::discover::DIFFERENCE, Block::Figures(differences));
+        document.section(
+            Medium::Page,
+            words::discover::NEAREST_EFFECT_HEADING,
+            Block::Figures(differences),
+        );
         let curves = self.reason().map_or(Vec::new(), |r| evidence(r, &self.model.robot));
         document.section(Medium::Page, words::diagnose::CURVES, Block::Figures(curves));
-        if let Some(plan) = &self.account.next_experiment {
+        if let Some(plan) = &self.explanation.next_experiment {
             let lead = words::experiment::lead(plan);
             document.section(Medium::All, "What to record next", Block::Lead(lead));
             if words::experiment::is_worth_recording(plan) {
@@ -71,7 +73,7 @@ impl Report for DiagnoseReport<'_> {
             document.section(
                 Medium::Page,
                 "Measured and predicted, with the model as given and with the best explanation",
-                Block::Figures(before_and_after(self.before, self.after, COLUMNS)),
+                Block::Figures(before_and_after(self.before, self.after, BEFORE_AND_AFTER_COLUMNS)),
             );
         }
         document.section(
@@ -95,8 +97,8 @@ impl Report for DiagnoseReport<'_> {
             let table = Block::Table(map(over_two, finding));
             document.section(Medium::Page, &map_title(finding, over_two), table);
         }
-        let left_out = undone(&diagnosis.undone, &self.model.robot);
-        document.section(Medium::All, words::diagnose::UNDONE, Block::List(left_out));
+        let left_out = undone(&diagnosis.incomplete, &self.model.robot);
+        document.section(Medium::All, words::diagnose::INCOMPLETE_HEADING, Block::List(left_out));
         let medium = if missing { Medium::Page } else { Medium::All };
         document.section(
             medium,
@@ -161,9 +163,9 @@ impl DiagnoseReport<'_> {
         let likely = |p: f64| {
             number(probability(p)).with_bar(Bar { share: p, mark: None, color: color::run(1) })
         };
-        let lines = |lines: Vec<String>| Cell { lines, ..words("") };
+        let lines = |lines: Vec<String>| TableCell { lines, ..words("") };
         let any_tied = ranked(self.diagnosis).iter().any(|c| !c.indistinguishable.is_empty());
-        let mut rows: Vec<Vec<Cell>> = ranked(self.diagnosis)
+        let mut rows: Vec<Vec<TableCell>> = ranked(self.diagnosis)
             .iter()
             .map(|candidate| {
                 let told = candidate.effects.iter().flat_map(values);
@@ -217,7 +219,7 @@ impl DiagnoseReport<'_> {
     }
 
     fn confusable(&self) -> Table {
-        let pairs = self.diagnosis.confusable.iter().take(PAIRS);
+        let pairs = self.diagnosis.confusable.iter().take(CONFUSABLE_PAIRS_MAX);
         let rows = pairs.map(|pair| {
             let [first, second, apart] = confusable(pair, &self.model.robot);
             vec![words(first), words(second), number(apart)]
@@ -228,12 +230,12 @@ impl DiagnoseReport<'_> {
 }
 
 /// The curves that show an explanation's effects.
-pub(super) fn evidence(reason: &Reason, robot: &RobotFile) -> Vec<Figure> {
+pub(super) fn evidence(reason: &ExplanationReason, robot: &RobotFile) -> Vec<Picture> {
     reason.evidence.iter().flatten().map(|c| curve(c, &robot.joint_names)).collect()
 }
 
 /// What the measurements show of an effect, and the effect as fitted.
-fn curve(curve: &EffectCurve, joints: &[String]) -> Figure {
+fn curve(curve: &EffectCurve, joints: &[String]) -> Picture {
     // A twist is a thousandth of what a joint turns by.
     let x = match curve.points.iter().all(|p| p.x.abs() < 0.05) {
         true => Scale::small(curve.x.unit()),
@@ -241,8 +243,11 @@ fn curve(curve: &EffectCurve, joints: &[String]) -> Figure {
     };
     let y = Scale::small(curve.y_unit);
     let shown = y_name(curve, joints);
-    let marked =
-        |p: &CurvePoint| Marked { x: p.x * x.factor, y: p.y * y.factor, error: p.error * y.factor };
+    let marked = |p: &ConditionBin| Marked {
+        x: p.x * x.factor,
+        y: p.y * y.factor,
+        error: p.error * y.factor,
+    };
     let fitted: Vec<(f64, f64)> =
         curve.fitted.iter().map(|p| (p[0] * x.factor, p[1] * y.factor)).collect();
     // A loop comes in order of time, from posture to posture: a line through it would be a
@@ -257,7 +262,7 @@ fn curve(curve: &EffectCurve, joints: &[String]) -> Figure {
             0..=MOST_OF_AXIS => y.named(&shown),
             _ => y.unit.to_owned(),
         },
-        lines: vec![Line {
+        lines: vec![PlotLine {
             name: name.to_owned(),
             color: color::run(1),
             dash: Dash::Solid,
@@ -268,7 +273,7 @@ fn curve(curve: &EffectCurve, joints: &[String]) -> Figure {
         wide: true,
         ..Plot::default()
     };
-    Figure::new(title(curve, joints), plot)
+    Picture::new(title(curve, joints), plot)
 }
 
 #[cfg(test)]
@@ -279,7 +284,7 @@ mod tests {
 
     #[test]
     fn the_page_says_the_verdict_and_draws_what_shows_it() {
-        let page = sample::diagnosis(Verdict::EffectFound).diagnosed().page();
+        let page = sample::diagnosis(DiagnosisVerdict::EffectFound).diagnosed().page();
         assert_self_contained(&page);
         assert!(page.contains("What is missing: backlash at A5"));
         // The evidence, and the differences: of positions nothing else would be seen.
@@ -290,7 +295,7 @@ mod tests {
 
     #[test]
     fn calibrations_that_hold_zero_are_told_by_their_number() {
-        let mut parts = sample::diagnosis(Verdict::Adequate);
+        let mut parts = sample::diagnosis(DiagnosisVerdict::Adequate);
         let off = parts.diagnosis.calibration[0].clone();
         let zero = FittedEffect { interval: vec![[-1e-6, 2.1e-5]], ..off };
         parts.diagnosis.calibration.splice(0..0, [zero.clone(), zero]);
@@ -307,7 +312,7 @@ mod tests {
 
     #[test]
     fn what_may_not_be_named_is_not() {
-        for verdict in [Verdict::UnknownEffect, Verdict::Adequate] {
+        for verdict in [DiagnosisVerdict::UnknownEffect, DiagnosisVerdict::Adequate] {
             let mut parts = sample::diagnosis(verdict);
             parts.diagnosis.candidates[0].may_be_named = false;
             parts.diagnosis.calibration.clear();
@@ -318,7 +323,7 @@ mod tests {
 
     #[test]
     fn where_nothing_is_missing_nothing_is_drawn_as_found() {
-        let mut parts = sample::diagnosis(Verdict::Adequate);
+        let mut parts = sample::diagnosis(DiagnosisVerdict::Adequate);
         parts.diagnosis.score_before = 1.02;
         parts.diagnosis.calibration.clear();
         parts.diagnosis.unexplained.clear();

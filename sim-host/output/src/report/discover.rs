@@ -1,20 +1,20 @@
 //! The curve of a law that the library does not hold.
 
 use crate::color::{self, Dash};
-use crate::document::{Figure, Line, Marked, Plot};
+use crate::document::{Marked, Picture, Plot, PlotLine};
 use crate::words::{self, Scale};
 use trueweld_measure::discover::{Discovery, FreeCurve, FreeSurface, Hypothesis, LikeEffect};
-use trueweld_measure::residuals::localize::CurvePoint;
+use trueweld_measure::residuals::localize::ConditionBin;
 use trueweld_plant::effects::table::interpolate;
 use trueweld_plant::input::RobotFile;
 
 /// Curves with their bands and points, the formula over each.
-pub(super) fn curves(all: &[Discovery], robot: &RobotFile) -> Vec<Figure> {
+pub(super) fn curves(all: &[Discovery], robot: &RobotFile) -> Vec<Picture> {
     all.iter().map(|discovery| curve(discovery, robot)).collect()
 }
 
 /// What the library's nearest effect leaves of each curve that it is like.
-pub(super) fn differences(all: &[Discovery], robot: &RobotFile) -> Vec<Figure> {
+pub(super) fn differences(all: &[Discovery], robot: &RobotFile) -> Vec<Picture> {
     all.iter().filter_map(|d| Some(difference(d, d.like.as_ref()?, robot))).collect()
 }
 
@@ -61,15 +61,15 @@ impl Axes {
         run: usize,
         dash: Dash,
         points: impl Iterator<Item = (f64, f64)>,
-    ) -> Line {
+    ) -> PlotLine {
         let scaled = |(at, value): (f64, f64)| (at * self.x.factor, value * self.y.factor);
         let points = points.map(scaled).collect();
-        Line { name: name.to_owned(), color: color::run(run), dash, points }
+        PlotLine { name: name.to_owned(), color: color::run(run), dash, points }
     }
 
-    fn figure(self, lines: Vec<Line>, marked: Vec<Marked>) -> Figure {
+    fn figure(self, lines: Vec<PlotLine>, marked: Vec<Marked>) -> Picture {
         let Self { x_label, y_label, title, .. } = self;
-        Figure::new(title, Plot { x_label, y_label, lines, marked, wide: true, ..Plot::default() })
+        Picture::new(title, Plot { x_label, y_label, lines, marked, wide: true, ..Plot::default() })
     }
 }
 
@@ -111,7 +111,7 @@ fn edges(discovery: &Discovery) -> [&'static str; 2] {
     }
 }
 
-fn difference(discovery: &Discovery, like: &LikeEffect, robot: &RobotFile) -> Figure {
+fn difference(discovery: &Discovery, like: &LikeEffect, robot: &RobotFile) -> Picture {
     let (free, axes) = (&discovery.curve, Axes::of(discovery, robot));
     let library: Vec<(f64, f64)> = like.curve.iter().map(|p| (p.x, p.y)).collect();
     let lift = lift(free, &library);
@@ -130,7 +130,7 @@ fn difference(discovery: &Discovery, like: &LikeEffect, robot: &RobotFile) -> Fi
     axes.figure(lines, Vec::new())
 }
 
-fn curve(discovery: &Discovery, robot: &RobotFile) -> Figure {
+fn curve(discovery: &Discovery, robot: &RobotFile) -> Picture {
     let (free, axes) = (&discovery.curve, Axes::of(discovery, robot));
     let places = || free.x.iter().copied();
     let edge = |end: usize| places().zip(free.shape.iter().map(move |band| band[end]));
@@ -162,7 +162,7 @@ fn curve(discovery: &Discovery, robot: &RobotFile) -> Figure {
         lines.push(axes.line(&format!("{name}, as fitted"), 3, Dash::Dashed, points));
     }
     let (x, y) = (axes.x.factor, axes.y.factor);
-    let mark = |p: &CurvePoint| Marked { x: p.x * x, y: p.y * y, error: p.error * y };
+    let mark = |p: &ConditionBin| Marked { x: p.x * x, y: p.y * y, error: p.error * y };
     let marked = free.points.iter().map(mark).collect();
     axes.figure(lines, marked)
 }

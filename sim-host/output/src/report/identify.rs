@@ -2,7 +2,7 @@
 
 use super::Report;
 use crate::color::{Dash, run};
-use crate::document::{Block, Document, Figure, Line, Medium, Plot, Table, number, words};
+use crate::document::{Block, Document, Medium, Picture, Plot, PlotLine, Table, number, words};
 use crate::json::{IdentifyResult, StiffnessPlanResult};
 use crate::words::identify::{
     expected, headline, is_misfit, joints_of, lead, linear, load, open, part, plan_headline,
@@ -11,7 +11,7 @@ use crate::words::identify::{
 use crate::words::{digits, fixed, score, share, signed_share};
 use crate::{IdentifyReport, StiffnessPlanReport};
 use std::f64::consts::TAU;
-use trueweld_identify::{StiffnessCurve, Target};
+use trueweld_identify::{IdentificationTarget, StiffnessCurve};
 
 impl Report for IdentifyReport<'_> {
     type Json = IdentifyResult;
@@ -43,13 +43,13 @@ impl Report for IdentifyReport<'_> {
 impl IdentifyReport<'_> {
     fn numbers(&self) -> Table {
         let found = self.found;
-        let of_stiffness = found.target == Target::Stiffness;
+        let of_stiffness = found.target == IdentificationTarget::Stiffness;
         let mut head =
             vec![words(""), number("given"), number("identified, 95 %"), number("change")];
         match found.target {
-            Target::Stiffness => head.push(words("linear")),
-            Target::Damping => head.push(number("by decrements alone, 95 %")),
-            Target::Process => {}
+            IdentificationTarget::Stiffness => head.push(words("linear")),
+            IdentificationTarget::Damping => head.push(number("by decrements alone, 95 %")),
+            IdentificationTarget::Process => {}
         }
         let joints = &self.model.robot.joint_names;
         let row = |n: &trueweld_identify::Number| {
@@ -60,7 +60,7 @@ impl IdentifyReport<'_> {
             };
             let label = match (n.at.as_str(), found.target) {
                 ("", _) => n.name.clone(),
-                (at, Target::Process) => format!("{at}: {}", n.name),
+                (at, IdentificationTarget::Process) => format!("{at}: {}", n.name),
                 (at, _) => at.to_owned(),
             };
             let mut row = vec![
@@ -74,7 +74,7 @@ impl IdentifyReport<'_> {
                 let bent = curve.is_some_and(|c| !c.is_linear());
                 row.push(words(linear(curve)).bad(bent));
             }
-            if found.target == Target::Damping {
+            if found.target == IdentificationTarget::Damping {
                 let joint = joints.iter().position(|name| *name == n.at);
                 let by = joint.and_then(|j| found.decrements[j]);
                 row.push(number(by.map_or("–".to_owned(), |by| {
@@ -152,7 +152,7 @@ impl IdentifyReport<'_> {
     }
 
     /// K(τ) with its interval, and the one number.
-    fn curve(&self, curve: &StiffnessCurve) -> Figure {
+    fn curve(&self, curve: &StiffnessCurve) -> Picture {
         let joint = &self.model.robot.joint_names[curve.joint];
         let stiffness = self.found.model.robot.parameters.joints[curve.joint].stiffness;
         let ends = [curve.points.first(), curve.points.last()].map(|p| p.map_or(0.0, |p| p.torque));
@@ -161,7 +161,7 @@ impl IdentifyReport<'_> {
                 let value = of(p) * 1e-6;
                 (p.torque * 1e-3, if value.is_finite() { value } else { f64::NAN })
             });
-            Line { name: name.to_owned(), color, dash, points: points.collect() }
+            PlotLine { name: name.to_owned(), color, dash, points: points.collect() }
         };
         let plot = Plot {
             x_label: "spring torque, kN·m".to_owned(),
@@ -170,7 +170,7 @@ impl IdentifyReport<'_> {
                 line("over torque", run(0), Dash::Solid, &|p| p.stiffness),
                 line("95 %, low", run(0), Dash::Dotted, &|p| p.interval[0]),
                 line("95 %, high", run(0), Dash::Dotted, &|p| p.interval[1]),
-                Line {
+                PlotLine {
                     name: "one number".to_owned(),
                     color: run(1),
                     dash: Dash::Dashed,
@@ -180,9 +180,9 @@ impl IdentifyReport<'_> {
             named: true,
             ..Plot::default()
         };
-        Figure {
+        Picture {
             text: format!("Linear: {}.", linear(Some(curve))),
-            ..Figure::new(joint.clone(), plot)
+            ..Picture::new(joint.clone(), plot)
         }
     }
 }

@@ -4,7 +4,7 @@ use super::Report;
 use crate::ImportReport;
 use crate::document::{Block, Document, Medium, Table, Tone, number, words};
 use crate::json::ImportResult;
-use crate::words::import::{doubts, grounds, headline};
+use crate::words::import::{bases, doubts, headline};
 use trueweld_measure::data::log::channel_name;
 
 impl Report for ImportReport<'_> {
@@ -35,8 +35,8 @@ impl Report for ImportReport<'_> {
                 });
                 let doubts = doubts(column);
                 let why = match doubts.as_str() {
-                    "" => words(grounds(column)),
-                    doubts => words(format!("{}; not sure of {doubts}", grounds(column))).bad(true),
+                    "" => words(bases(column)),
+                    doubts => words(format!("{}; not sure of {doubts}", bases(column))).bad(true),
                 };
                 let header = words(format!("  {}", column.header));
                 rows.push(vec![header, number(range), words(channel), why]);

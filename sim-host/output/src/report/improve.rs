@@ -3,17 +3,14 @@
 
 use super::Report;
 use super::diagnose::evidence;
-use super::residuals::{before_and_after, score_bar};
+use super::residuals::{BEFORE_AND_AFTER_COLUMNS, before_and_after, score_bar};
 use crate::ImproveReport;
 use crate::document::{Block, Document, Medium, Table, number, words};
 use crate::json::{ImproveResult, PosteriorNumber};
-use crate::samples::{self, Samples};
-use crate::words::diagnose::{CURVES, UNDONE, remains, undone};
+use crate::samples::{self, BlockTable};
+use crate::words::diagnose::{CURVES, INCOMPLETE_HEADING, remains, undone};
 use crate::words::{condensed, digits, score};
-use trueweld_measure::diagnose::Verdict;
-
-/// Columns drawn before and after.
-const COLUMNS: usize = 4;
+use trueweld_measure::diagnose::DiagnosisVerdict;
 
 impl Report for ImproveReport<'_> {
     type Json = ImproveResult;
@@ -22,7 +19,7 @@ impl Report for ImproveReport<'_> {
         ImproveResult::of(self)
     }
 
-    fn samples(&self) -> Option<Samples<'_>> {
+    fn samples(&self) -> Option<BlockTable<'_>> {
         Some(samples::of_logs(vec![
             (["given", "fitted"], self.before),
             (["given", "held out"], self.held_out[0]),
@@ -53,7 +50,8 @@ impl Report for ImproveReport<'_> {
                 let heading = format!(
                     "Measured and predicted {logs}, before and after: the columns that changed most"
                 );
-                let figures = Block::Figures(before_and_after(before, after, COLUMNS));
+                let figures =
+                    Block::Figures(before_and_after(before, after, BEFORE_AND_AFTER_COLUMNS));
                 document.section(Medium::Page, &heading, figures);
             }
         }
@@ -69,9 +67,9 @@ impl Report for ImproveReport<'_> {
         );
         document.push_on(Medium::Page, Block::Note(self.not_measured()));
         document.section(Medium::All, "Tried and not kept", Block::Table(self.rejections()));
-        let left_out = undone(&improvement.diagnosis.undone, &self.model.robot);
-        document.section(Medium::All, UNDONE, Block::List(left_out));
-        if improvement.verdict == Verdict::UnknownEffect {
+        let left_out = undone(&improvement.diagnosis.incomplete, &self.model.robot);
+        document.section(Medium::All, INCOMPLETE_HEADING, Block::List(left_out));
+        if improvement.verdict == DiagnosisVerdict::UnknownEffect {
             document.section(
                 Medium::All,
                 "What the residual follows that is left",
@@ -102,7 +100,7 @@ impl ImproveReport<'_> {
         let highest = steps.iter().flat_map(|s| [s.score, s.held_out]).fold(2.0, f64::max);
         let cell = |value: f64| number(score(value)).with_bar(score_bar(value, highest));
         let row = |(k, step): (usize, _)| {
-            let step: &trueweld_measure::improve::Step = step;
+            let step: &trueweld_measure::improve::ImprovementStep = step;
             vec![words(self.step(k)), cell(step.score), cell(step.held_out)]
         };
         let head = vec![words("score"), number("logs fitted"), number("not fitted")];
@@ -170,7 +168,7 @@ mod tests {
 
     #[test]
     fn text_and_page_have_every_step_and_say_what_was_not_kept() {
-        let parts = sample::diagnosis(Verdict::EffectFound);
+        let parts = sample::diagnosis(DiagnosisVerdict::EffectFound);
         let improvement = sample::improvement(parts.diagnosis);
         let report = ImproveReport {
             model: &parts.model,
@@ -180,7 +178,7 @@ mod tests {
             before: &parts.before,
             after: &parts.after,
             held_out: [&parts.before, &parts.after],
-            reason: parts.account.reasons.first(),
+            reason: parts.explanation.reasons.first(),
             notices: &[],
             provenance: sample::provenance(),
         };

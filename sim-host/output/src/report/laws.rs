@@ -3,25 +3,25 @@
 use super::Report;
 use crate::color;
 use crate::document::{
-    Block, Document, Figure, Line, Medium, Plot, Table, number, reference, words,
+    Block, Document, Medium, Picture, Plot, PlotLine, Table, number, reference, words,
 };
 use crate::json::LawsResult;
-use crate::samples::{self, Samples};
+use crate::samples::{self, BlockTable};
 use crate::words::laws::{axis, failures, headline, label, setting, title};
 use crate::{LawsReport, MILLI};
 use trueweld_compensators::{Entry, library};
 use trueweld_evaluate::WeldFigures;
-use trueweld_evaluate::laws::{Change, Sweep};
+use trueweld_evaluate::laws::{ScenarioChange, ScenarioSweep};
 
 /// A figure of a table, and the factor to the unit that it is shown in.
-type Shown = (fn(&WeldFigures) -> f64, f64);
+type TableFigure = (fn(&WeldFigures) -> f64, f64);
 
-const LATERAL: Shown = (|f| f.lateral.rms, MILLI);
+const LATERAL_RMS: TableFigure = (|f| f.lateral.rms, MILLI);
 
 /// Where a table is shown, what is in it, and its figures, one beside the other in a cell.
-const TABLES: [(Medium, &str, &[Shown]); 3] = [
-    (Medium::Terminal, "lateral, RMS, mm", &[LATERAL]),
-    (Medium::Page, "lateral, RMS / largest, mm", &[LATERAL, (|f| f.lateral.max_abs, MILLI)]),
+const TABLES: [(Medium, &str, &[TableFigure]); 3] = [
+    (Medium::Terminal, "lateral, RMS, mm", &[LATERAL_RMS]),
+    (Medium::Page, "lateral, RMS / largest, mm", &[LATERAL_RMS, (|f| f.lateral.max_abs, MILLI)]),
     (
         Medium::Page,
         "tilt across the seam / travel angle, RMS, °",
@@ -39,7 +39,7 @@ impl Report for LawsReport<'_> {
         LawsResult::of(self)
     }
 
-    fn samples(&self) -> Option<Samples<'_>> {
+    fn samples(&self) -> Option<BlockTable<'_>> {
         Some(samples::of_laws(self))
     }
 
@@ -68,7 +68,7 @@ impl Report for LawsReport<'_> {
 
 impl LawsReport<'_> {
     /// The figures of every law under every change, one beside the other in a cell.
-    fn table(&self, sweep: &Sweep, what: &str, figures: &[Shown]) -> Table {
+    fn table(&self, sweep: &ScenarioSweep, what: &str, figures: &[TableFigure]) -> Table {
         let cell = |point: &Result<WeldFigures, _>| match point {
             Ok(f) => {
                 let all = figures.iter().map(|(of, factor)| format!("{:.3}", of(f) * factor));
@@ -95,7 +95,7 @@ impl LawsReport<'_> {
         })
     }
 
-    fn figure(&self, sweep: &Sweep, y_range: Option<[f64; 2]>) -> Figure {
+    fn figure(&self, sweep: &ScenarioSweep, y_range: Option<[f64; 2]>) -> Picture {
         let changes = sweep.quantity.changes();
         let categories: Vec<String> = changes.iter().map(|change| label(*change)).collect();
         let ends = [-0.2, categories.len() as f64 - 0.8];
@@ -105,14 +105,17 @@ impl LawsReport<'_> {
             let mut points = Vec::new();
             for (k, (change, weld)) in changes.iter().zip(welds).enumerate() {
                 // A point beside the line: not more of what is varied, but something else.
-                if matches!(change, Change::DeadInLastPass | Change::ForceSensorDies) {
+                if matches!(
+                    change,
+                    ScenarioChange::DeadInLastPass | ScenarioChange::ForceSensorDies
+                ) {
                     points.push((k as f64 - 0.5, f64::NAN));
                 }
                 let lateral = weld.as_ref().map_or(f64::NAN, |figures| figures.lateral.rms);
                 points.push((k as f64, lateral * MILLI));
             }
             let (color, dash) = color::series(self.place(law));
-            Line { name: law.name().to_owned(), color, dash, points }
+            PlotLine { name: law.name().to_owned(), color, dash, points }
         });
         let plot = Plot {
             x_label: axis(sweep.quantity).to_owned(),
@@ -125,7 +128,7 @@ impl LawsReport<'_> {
             logarithmic: true,
             ..Plot::default()
         };
-        Figure::new(title(self.comparison, sweep.quantity), plot)
+        Picture::new(title(self.comparison, sweep.quantity), plot)
     }
 }
 

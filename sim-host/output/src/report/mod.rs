@@ -19,7 +19,7 @@ mod weld;
 
 use crate::document::Document;
 use crate::json;
-use crate::samples::Samples;
+use crate::samples::BlockTable;
 use serde::Serialize;
 
 #[cfg(feature = "rerun")]
@@ -48,7 +48,7 @@ pub trait Report {
     fn document(&self) -> Document;
 
     /// Every sample behind the result, for other programs; `None` where it has none.
-    fn samples(&self) -> Option<Samples<'_>> {
+    fn samples(&self) -> Option<BlockTable<'_>> {
         None
     }
 

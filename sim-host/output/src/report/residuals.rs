@@ -1,17 +1,20 @@
 //! Measured values beside what one model or two predict of them.
 
 use crate::color::{self, Dash, REFERENCE, Rgb};
-use crate::document::{Bar, Figure, Line, Plot, Table, number, words};
+use crate::document::{Bar, Picture, Plot, PlotLine, Table, number, words};
 use crate::words::finding::{category, variable};
 use crate::words::{Scale, fixed};
 use trueweld_measure::residuals::compare::{LogComparison, Trace};
 use trueweld_measure::residuals::localize::{Finding, MapAxis, ResidualMap};
 
+/// Columns drawn before and after.
+pub(super) const BEFORE_AND_AFTER_COLUMNS: usize = 4;
+
 /// Bars of scores begin here: their length is a logarithm.
-const SHORTEST: f64 = 0.5;
+const BAR_START_SCORE: f64 = 0.5;
 
 /// Fall of a column's mean square, as a share, below which it is not drawn.
-const LEAST: f64 = 0.05;
+const DRAWN_FALL_MIN: f64 = 0.05;
 
 /// Measured values that span so many times the largest difference hide it: the difference is drawn
 /// alone.
@@ -23,7 +26,9 @@ const POSES: &str = "tcp_";
 
 /// A score's bar, logarithmic, with the noise floor marked.
 pub(super) fn score_bar(score: f64, highest: f64) -> Bar {
-    let share = |score: f64| (score.max(SHORTEST) / SHORTEST).ln() / (highest / SHORTEST).ln();
+    let share = |score: f64| {
+        (score.max(BAR_START_SCORE) / BAR_START_SCORE).ln() / (highest / BAR_START_SCORE).ln()
+    };
     let color = if score > 1.0 { color::run(0) } else { color::run(1) };
     Bar { share: share(score), mark: Some(share(1.0)), color }
 }
@@ -66,7 +71,7 @@ pub(super) fn map(map: &ResidualMap, finding: &Finding) -> Table {
 }
 
 /// One column of a log under one model or two.
-pub(super) struct Columns<'a> {
+pub(super) struct ColumnComparison<'a> {
     pub log: &'a str,
     /// What the title says of the scores.
     pub scores: String,
@@ -80,7 +85,7 @@ pub(super) fn before_and_after<'a>(
     before: &'a [LogComparison],
     after: &'a [LogComparison],
     count: usize,
-) -> Vec<Figure> {
+) -> Vec<Picture> {
     let mut all = Vec::new();
     for (log, other) in before.iter().zip(after) {
         for (trace, after) in log.traces.iter().zip(&other.traces) {
@@ -92,13 +97,13 @@ pub(super) fn before_and_after<'a>(
     let mut figures = Vec::new();
     for (log, before, after, square) in all {
         let of = (log.kind.name(), before.channel);
-        let changed = square[0] - square[1] > LEAST * square[0] || drawn.is_empty();
+        let changed = square[0] - square[1] > DRAWN_FALL_MIN * square[0] || drawn.is_empty();
         if !changed || drawn.len() == count || drawn.contains(&of) {
             continue;
         }
         drawn.push(of);
         let [from, to] = square.map(|square| fixed(square.sqrt(), 1));
-        let columns = Columns {
+        let columns = ColumnComparison {
             log: &log.name,
             scores: format!("{from} → {to}"),
             predictions: vec![("before", color::run(0), before), ("after", color::run(1), after)],
@@ -108,7 +113,7 @@ pub(super) fn before_and_after<'a>(
     figures
 }
 
-impl Columns<'_> {
+impl ColumnComparison<'_> {
     /// True where a picture of the measured values would not show the difference.
     fn hides_difference(&self) -> bool {
         let trace = self.predictions[0].2;
@@ -122,7 +127,7 @@ impl Columns<'_> {
     }
 
     /// Measured beside predicted, and their difference.
-    pub(super) fn figures(&self) -> Vec<Figure> {
+    pub(super) fn figures(&self) -> Vec<Picture> {
         let trace = self.predictions[0].2;
         let title =
             format!("{}: {}, {}; score {}", self.log, trace.channel, trace.label, self.scores);
@@ -157,15 +162,15 @@ impl Columns<'_> {
             ..plot(small, differences.collect())
         };
         if wide {
-            return vec![Figure::new(format!("{title}: measured less predicted"), rest)];
+            return vec![Picture::new(format!("{title}: measured less predicted"), rest)];
         }
-        vec![Figure::new(title, both), Figure::new("Measured less predicted", rest)]
+        vec![Picture::new(title, both), Picture::new("Measured less predicted", rest)]
     }
 }
 
-fn line(name: &str, color: Rgb, dash: Dash, trace: &Trace, of: impl Fn(usize) -> f64) -> Line {
+fn line(name: &str, color: Rgb, dash: Dash, trace: &Trace, of: impl Fn(usize) -> f64) -> PlotLine {
     let points = (0..trace.time.len()).map(|k| (trace.time[k], of(k))).collect();
-    Line { name: name.to_owned(), color, dash, points }
+    PlotLine { name: name.to_owned(), color, dash, points }
 }
 
 fn mean_square(trace: &Trace) -> f64 {

@@ -3,10 +3,11 @@
 use super::Report;
 use crate::color::{self, Dash};
 use crate::document::{
-    Block, Cell, Document, Figure, Line, Medium, Plot, Table, Tone, number, reference, words,
+    Block, Document, Medium, Picture, Plot, PlotLine, Table, TableCell, Tone, number, reference,
+    words,
 };
 use crate::json::StepResult;
-use crate::samples::{self, Samples};
+use crate::samples::{self, BlockTable};
 use crate::words::step::{headline, milliseconds, setting};
 use crate::words::{PublishedStep, fixed};
 use crate::{MILLI, StepReport, StepRun};
@@ -19,7 +20,7 @@ impl Report for StepReport<'_> {
         StepResult::of(self)
     }
 
-    fn samples(&self) -> Option<Samples<'_>> {
+    fn samples(&self) -> Option<BlockTable<'_>> {
         Some(samples::of_runs(self.runs.iter().map(|run| run.recording)))
     }
 
@@ -68,7 +69,7 @@ fn table(runs: &[StepRun]) -> Table {
 }
 
 /// Headings of the table, in its order.
-fn headings() -> [Cell; 6] {
+fn headings() -> [TableCell; 6] {
     ["controller", "first within 5 %", "stays within 5 %", "overshoot", "static error", "ripple"]
         .map(number)
 }
@@ -84,9 +85,9 @@ impl StepReport<'_> {
         rows.filter_map(|row| of(row).map(|value| (row.time - at, value))).collect()
     }
 
-    fn figures(&self) -> Vec<Figure> {
-        let lines = |of: &dyn Fn(&RecordRow) -> Option<f64>| -> Vec<Line> {
-            let line = |(k, run): (usize, &StepRun)| Line {
+    fn figures(&self) -> Vec<Picture> {
+        let lines = |of: &dyn Fn(&RecordRow) -> Option<f64>| -> Vec<PlotLine> {
+            let line = |(k, run): (usize, &StepRun)| PlotLine {
                 name: run.recording.controller.to_owned(),
                 color: color::run(k),
                 dash: Dash::Solid,
@@ -102,7 +103,7 @@ impl StepReport<'_> {
             let desired = |row: &RecordRow| row.force_desired.map(|force| force / MILLI);
             reference("push asked for", held(&Self::since_step(run, self.at, desired)))
         }));
-        let plot = |y_label: &str, lines: Vec<Line>, band: [f64; 2]| Plot {
+        let plot = |y_label: &str, lines: Vec<PlotLine>, band: [f64; 2]| Plot {
             x_label: "time since the step, s".to_owned(),
             y_label: y_label.to_owned(),
             lines,
@@ -113,11 +114,11 @@ impl StepReport<'_> {
         };
         let errors = lines(&|row| row.force_desired.map(|desired| -row.force_w.z - desired));
         vec![
-            Figure::new(
+            Picture::new(
                 "Response",
                 plot("push, kN", push, [goal - near, goal + near].map(|f| f / MILLI)),
             ),
-            Figure::new(
+            Picture::new(
                 "The same near its end value, less the push asked for: static error and ripple",
                 Plot {
                     y_range: Some([-3.0 * near, 3.0 * near]),

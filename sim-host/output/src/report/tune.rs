@@ -2,7 +2,7 @@
 
 use super::Report;
 use crate::TuneReport;
-use crate::document::{Block, Cell, Document, Medium, Table, number, words};
+use crate::document::{Block, Document, Medium, Table, TableCell, number, words};
 use crate::json::TuneResult;
 use crate::words::requirement::shown;
 use crate::words::step::milliseconds;
@@ -10,7 +10,7 @@ use crate::words::tune::{confirmed, headline, limits, of_weld, setting};
 use crate::words::{fixed, share};
 use std::f64::consts::TAU;
 use trueweld_evaluate::ArmAt;
-use trueweld_evaluate::tune::{Criterion, Rating};
+use trueweld_evaluate::tune::{LoopCriterion, Rating};
 
 impl Report for TuneReport<'_> {
     type Json = TuneResult;
@@ -38,14 +38,14 @@ impl Report for TuneReport<'_> {
 }
 
 impl TuneReport<'_> {
-    fn margin_heads(&self) -> impl Iterator<Item = Cell> {
+    fn margin_heads(&self) -> impl Iterator<Item = TableCell> {
         self.tuning.asked.iter().map(|limit| number(limit.figure.label))
     }
 
     /// The margins in the order in which they are asked for.
-    fn margin_cells(&self, margins: &[Rating]) -> Vec<Cell> {
+    fn margin_cells(&self, margins: &[Rating]) -> Vec<TableCell> {
         let cell = |key: &str| {
-            let of = |rating: &&Rating| matches!(rating.criterion, Criterion::Margin { figure, .. } if figure.key == key);
+            let of = |rating: &&Rating| matches!(rating.criterion, LoopCriterion::Margin { figure, .. } if figure.key == key);
             match margins.iter().find(of) {
                 Some(rating) => number(shown(key, rating.value)).bad(!rating.is_met()),
                 None => number("unstable").bad(true),
@@ -61,7 +61,7 @@ impl TuneReport<'_> {
             .chain(self.margin_heads())
             .chain([number("weld: lateral, push error")]);
         let rows = self.tuning.controllers.iter().map(|tuned| {
-            let met = |criterion: Criterion| {
+            let met = |criterion: LoopCriterion| {
                 tuned.response.iter().any(|r| r.criterion == criterion && r.is_met())
             };
             let settled = tuned.step.as_ref().and_then(|step| step.settle_5pct);
@@ -71,8 +71,8 @@ impl TuneReport<'_> {
             let first = [
                 words(tuned.controller.name()),
                 words(confirmed(tuned.is_confirmed())).bad(!tuned.is_confirmed()),
-                number(settled).bad(!met(Criterion::Settling)),
-                number(overshoot).bad(!met(Criterion::Overshoot)),
+                number(settled).bad(!met(LoopCriterion::Settling)),
+                number(overshoot).bad(!met(LoopCriterion::Overshoot)),
             ];
             let weld = number(of_weld(&tuned.weld));
             first.into_iter().chain(self.margin_cells(&tuned.margins)).chain([weld]).collect()

@@ -1,17 +1,17 @@
 //! Welds of a seam, side by side.
 
 use super::Report;
-use crate::color::{self, Dash, JOINTS as JOINT_COLORS};
+use crate::color::{self, Dash, JOINT_COLOURS as JOINT_COLORS};
 use crate::document::{
-    Block, Document, Figure, Line, Medium, Plot, Table, number, reference, words,
+    Block, Document, Medium, Picture, Plot, PlotLine, Table, number, reference, words,
 };
 use crate::json::WeldResult;
 use crate::path::{moving, travelled};
-use crate::samples::{self, Samples};
+use crate::samples::{self, BlockTable};
 use crate::words::weld::{headline, run_names, setting, speed};
 use crate::words::{Scale, fixed};
 use crate::{MILLI, WeldReport, WeldRun};
-use trueweld_core::monitor::ORDERS;
+use trueweld_core::monitor::WATCHED_ORDERS;
 use trueweld_core::{JOINTS, JointVector};
 use trueweld_evaluate::{DriveLoad, Spread, WeldFigures};
 use trueweld_plant::simulate::{Phase, RecordRow};
@@ -23,7 +23,7 @@ impl Report for WeldReport<'_> {
         WeldResult::of(self)
     }
 
-    fn samples(&self) -> Option<Samples<'_>> {
+    fn samples(&self) -> Option<BlockTable<'_>> {
         Some(samples::of_runs(self.runs.iter().map(|run| run.recording)))
     }
 
@@ -131,14 +131,14 @@ fn table(runs: &[WeldRun], names: &[String]) -> Table {
 }
 
 /// Signals over the position on the seam.
-struct Signals<'a> {
+struct SeamSignals<'a> {
     runs: &'a [WeldRun<'a>],
     names: &'a [String],
     /// Distance gone, m, one value a row.
     positions: Vec<Vec<f64>>,
 }
 
-impl Signals<'_> {
+impl SeamSignals<'_> {
     /// One signal of one run, while the tool moves.
     fn over_path(&self, k: usize, of: impl Fn(&RecordRow) -> Option<f64>) -> Vec<(f64, f64)> {
         let rows = self.runs[k].recording.rows.iter().zip(&self.positions[k]);
@@ -147,8 +147,8 @@ impl Signals<'_> {
             .collect()
     }
 
-    fn of_run(&self, k: usize, of: impl Fn(&RecordRow) -> f64) -> Line {
-        Line {
+    fn of_run(&self, k: usize, of: impl Fn(&RecordRow) -> f64) -> PlotLine {
+        PlotLine {
             name: self.names[k].clone(),
             color: color::run(k),
             dash: Dash::Solid,
@@ -156,13 +156,13 @@ impl Signals<'_> {
         }
     }
 
-    fn of_all(&self, of: impl Fn(&RecordRow) -> f64 + Copy) -> Vec<Line> {
+    fn of_all(&self, of: impl Fn(&RecordRow) -> f64 + Copy) -> Vec<PlotLine> {
         (0..self.runs.len()).map(|k| self.of_run(k, of)).collect()
     }
 
-    fn of_joints(&self, k: usize, of: impl Fn(&RecordRow) -> JointVector<f64>) -> Vec<Line> {
+    fn of_joints(&self, k: usize, of: impl Fn(&RecordRow) -> JointVector<f64>) -> Vec<PlotLine> {
         (0..JOINTS)
-            .map(|joint| Line {
+            .map(|joint| PlotLine {
                 name: format!("A{}", joint + 1),
                 color: JOINT_COLORS[joint],
                 ..self.of_run(k, |row| of(row)[joint] * MILLI)
@@ -170,7 +170,7 @@ impl Signals<'_> {
             .collect()
     }
 
-    fn plot(&self, y_label: &str, lines: Vec<Line>) -> Plot {
+    fn plot(&self, y_label: &str, lines: Vec<PlotLine>) -> Plot {
         let ends = self.positions.iter().filter_map(|p| p.last());
         let length = MILLI * ends.fold(0.0, |longest: f64, end| longest.max(*end));
         Plot {
@@ -198,12 +198,12 @@ impl Signals<'_> {
     }
 }
 
-fn figures(runs: &[WeldRun], names: &[String]) -> Vec<Figure> {
+fn figures(runs: &[WeldRun], names: &[String]) -> Vec<Picture> {
     if runs.is_empty() {
         return Vec::new();
     }
     let positions = runs.iter().map(|run| travelled(&run.recording.rows)).collect();
-    let signals = Signals { runs, names, positions };
+    let signals = SeamSignals { runs, names, positions };
     let lateral = |row: &RecordRow| row.deviation_w.linear.y * MILLI;
     let limit = runs[0].recording.half_pin * MILLI;
     let compensated: Vec<usize> =
@@ -218,14 +218,14 @@ fn figures(runs: &[WeldRun], names: &[String]) -> Vec<Figure> {
         ..signals.plot("lateral deviation, mm", signals.of_all(lateral))
     };
     let mut figures =
-        vec![Figure::new(format!("Lateral deviation; half the pin is ±{limit:.1} mm"), all)];
+        vec![Picture::new(format!("Lateral deviation; half the pin is ±{limit:.1} mm"), all)];
     if !compensated.is_empty() {
         // Enlarged about the steady part: the transient of the ramp may leave the picture.
         let rows = compensated.iter().flat_map(|k| &runs[*k].recording.rows);
         let steady = rows.filter(|row| row.phase == Phase::Steady);
         let extent = 1.3 * steady.map(|row| lateral(row).abs()).fold(0.01, f64::max);
         let lines = compensated.iter().map(|k| signals.of_run(*k, lateral)).collect();
-        figures.push(Figure::new(
+        figures.push(Picture::new(
             "Lateral deviation with compensation, enlarged",
             Plot {
                 y_range: Some([-extent, extent]),
@@ -234,7 +234,7 @@ fn figures(runs: &[WeldRun], names: &[String]) -> Vec<Figure> {
             },
         ));
     }
-    let mut add = |title: &str, plot: Plot| figures.push(Figure::new(title, plot));
+    let mut add = |title: &str, plot: Plot| figures.push(Picture::new(title, plot));
     let longitudinal = signals.of_all(|row| row.deviation_w.linear.x * MILLI);
     add("Longitudinal deviation", signals.plot("longitudinal, mm", longitudinal));
     add(
@@ -255,8 +255,8 @@ fn figures(runs: &[WeldRun], names: &[String]) -> Vec<Figure> {
     );
     add("Controller: error of the push", signals.rippled("force error, N", |row| row.force_error));
     let lines = (0..runs.len()).flat_map(|k| {
-        let of = |order: usize, dash| Line {
-            name: format!("{}, order {}", names[k], ORDERS[order]),
+        let of = |order: usize, dash| PlotLine {
+            name: format!("{}, order {}", names[k], WATCHED_ORDERS[order]),
             dash,
             ..signals.of_run(k, |row| row.health.lines[order].amplitude.into())
         };
@@ -276,7 +276,7 @@ fn figures(runs: &[WeldRun], names: &[String]) -> Vec<Figure> {
     add("Controller: depth added by the force loop", signals.plot("depth, mm", added));
     if !compensated.is_empty() {
         let shifts = compensated.iter().flat_map(|k| {
-            let of = |direction: &str, dash, axis: usize| Line {
+            let of = |direction: &str, dash, axis: usize| PlotLine {
                 name: format!("{}, {direction}", names[*k]),
                 dash,
                 ..signals.of_run(*k, |row| row.correction_w.linear[axis] * MILLI)

@@ -3,8 +3,8 @@
 
 use super::signals;
 use super::writer::{RecordError, Store, Writer, refused};
-use crate::color::{JOINTS, LIMIT, REFERENCE, Rgb, run};
-use crate::words::compare::{TOLD, headline, setting};
+use crate::color::{JOINT_COLOURS, LIMIT, REFERENCE, Rgb, run};
+use crate::words::compare::{TOLD_FINDINGS, headline, setting};
 use crate::words::finding::sentence;
 use crate::words::{Scale, score};
 use nalgebra::Vector3;
@@ -23,16 +23,13 @@ use trueweld_measure::residuals::localize::foremost;
 const WAY_POINTS: usize = 600;
 
 /// Largest deviation as drawn, as a share of the way's extent.
-const DRAWN: f64 = 0.05;
-
-/// Rows in one chunk.
-const CHUNK: usize = 10_000;
+const DRAWN_DEVIATION_SHARE: f64 = 0.05;
 
 /// Entity of a verdict's entries.
 pub(super) const VERDICT: &str = "/verdict";
 
 /// One log and how it appears in the recording.
-pub(super) struct Shown<'a> {
+pub(super) struct ShownLog<'a> {
     pub log: &'a LogComparison,
     /// The same log under a better model.
     pub after: Option<&'a LogComparison>,
@@ -42,7 +39,7 @@ pub(super) struct Shown<'a> {
     pub exaggeration: Option<f64>,
 }
 
-impl<'a> Shown<'a> {
+impl<'a> ShownLog<'a> {
     /// All logs of a comparison; `after`: under a better model, in the same order, or none.
     pub fn all(logs: &'a [LogComparison], after: &'a [LogComparison]) -> Vec<Self> {
         let plain = |c: char| {
@@ -94,10 +91,10 @@ impl<'a> Shown<'a> {
 }
 
 /// Predicted and measured positions.
-type Way = Vec<[Vector3<f64>; 2]>;
+type TrackedPositions = Vec<[Vector3<f64>; 2]>;
 
 /// The way of the tool in a log, thinned; `None` where no position was tracked.
-fn way(log: &LogComparison) -> Option<Way> {
+fn way(log: &LogComparison) -> Option<TrackedPositions> {
     let axes: Vec<&Trace> = log.traces.iter().filter(|t| t.channel == "tcp_position").collect();
     let [x, y, z] = axes.as_slice() else {
         return None;
@@ -121,7 +118,7 @@ fn exaggeration(way: &[[Vector3<f64>; 2]]) -> f64 {
     let extent = way.iter().map(|[predicted, _]| (predicted - first).norm()).fold(0.0, f64::max);
     let most =
         way.iter().map(|[predicted, measured]| (measured - predicted).norm()).fold(0.0, f64::max);
-    let wanted = DRAWN * extent / most;
+    let wanted = DRAWN_DEVIATION_SHARE * extent / most;
     if !wanted.is_finite() || wanted < 2.0 {
         return 1.0;
     }
@@ -133,7 +130,7 @@ fn exaggeration(way: &[[Vector3<f64>; 2]]) -> f64 {
 pub(super) fn all<W: Write>(
     writer: &mut Writer<W>,
     about: String,
-    shown: &[Shown],
+    shown: &[ShownLog],
 ) -> Result<(), RecordError> {
     let text = TextDocument::new(about + &legend(shown)).with_media_type(MediaType::MARKDOWN);
     writer.fixed(Store::Recording, "/about", &text)?;
@@ -170,14 +167,14 @@ pub(super) fn verdict<W: Write>(
 /// A comparison in words.
 pub(super) fn about(model: &Path, comparison: &Comparison) -> String {
     let mut text = format!("**{}**\n\n{}\n\n", headline(comparison), setting(model, comparison));
-    for finding in foremost(&comparison.worst, TOLD) {
+    for finding in foremost(&comparison.worst, TOLD_FINDINGS) {
         text += &format!("- {}\n", sentence(finding));
     }
     text
 }
 
 /// What the picture in space means.
-fn legend(shown: &[Shown]) -> String {
+fn legend(shown: &[ShownLog]) -> String {
     let improved = match shown.iter().any(|s| s.after.is_some()) {
         true => {
             " Blue where the better model has it. In the plots: greyish before, in full colour after."
@@ -200,7 +197,7 @@ fn legend(shown: &[Shown]) -> String {
 }
 
 /// The way of the tool, predicted and measured.
-fn tool<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
+fn tool<W: Write>(writer: &mut Writer<W>, shown: &ShownLog) -> Result<(), RecordError> {
     let (Some(way), Some(factor)) = (way(shown.log), shown.exaggeration) else {
         return Ok(());
     };
@@ -265,7 +262,9 @@ fn difference<W: Write>(
     let shade = |v: u8| {
         if which == " before" { ((u16::from(v) + 2 * 128) / 3) as u8 } else { v }
     };
-    let color = |t: &&Trace| -> Rgb { JOINTS[usize::from(t.column) % JOINTS.len()].map(shade) };
+    let color = |t: &&Trace| -> Rgb {
+        JOINT_COLOURS[usize::from(t.column) % JOINT_COLOURS.len()].map(shade)
+    };
     let style = SeriesLines::new()
         .with_names(traces.iter().map(|t| format!("{}{which}", t.label)))
         .with_colors(traces.iter().map(|t| signals::rgb(color(t))))
@@ -273,7 +272,7 @@ fn difference<W: Write>(
     writer.fixed(Store::Recording, entity, &style)?;
     let factor = Scale::small(channel.unit).factor;
     let picked: Vec<usize> = (0..rows).collect();
-    for chunk in picked.chunks(CHUNK) {
+    for chunk in picked.chunks(signals::CHUNK_ROWS) {
         let values = chunk
             .iter()
             .flat_map(|k| traces.iter().map(|t| (t.measured[*k] - t.predicted[*k]) * factor));

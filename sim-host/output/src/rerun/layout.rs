@@ -4,9 +4,9 @@
 //! Views are logged by their archetypes, since the typed layout of the Rust library has no camera,
 //! grid or axis range.
 
-use super::shown::{ORIGIN, SINCE_STEP, Shown};
+use super::shown::{DrawnRun, ORIGIN, SINCE_STEP};
 use super::signals::{DESIRED, GROUPS, Of, idle};
-use super::step::{self, Step};
+use super::step::{self, SetPointStep};
 use super::writer::{RecordError, Store, Writer};
 use crate::MILLI;
 use nalgebra::{Rotation3, Vector3};
@@ -109,7 +109,7 @@ impl<W: Write> Layout<'_, W> {
     }
 
     /// The log of all runs' events.
-    fn events(&mut self, shown: &[Shown]) -> Result<Node, RecordError> {
+    fn events(&mut self, shown: &[DrawnRun]) -> Result<Node, RecordError> {
         let columns = [TextLogColumnKind::LogLevel, TextLogColumnKind::Body]
             .map(|kind| part::TextLogColumn(TextLogColumn { visible: true.into(), kind }));
         let columns = view::TextLogColumns::new().with_text_log_columns(columns);
@@ -135,7 +135,7 @@ impl<W: Write> Layout<'_, W> {
 /// Writes the layout of welds and makes it the active one.
 pub(super) fn weld<W: Write>(
     writer: &mut Writer<W>,
-    shown: &[Shown],
+    shown: &[DrawnRun],
     exaggeration: f64,
 ) -> Result<(), RecordError> {
     let mut layout = Layout { writer, count: 0 };
@@ -227,8 +227,8 @@ pub(super) fn weld<W: Write>(
 /// Writes the layout of the responses to a step and makes it the active one.
 pub(super) fn step<W: Write>(
     writer: &mut Writer<W>,
-    shown: &[Shown],
-    step: Option<&Step>,
+    shown: &[DrawnRun],
+    step: Option<&SetPointStep>,
 ) -> Result<(), RecordError> {
     let mut layout = Layout { writer, count: 0 };
     // From a little before the step to the end, on the timeline that counts from it.
@@ -256,7 +256,7 @@ pub(super) fn step<W: Write>(
     let push = || {
         let mut push = of_all("force/real");
         push.extend(shown.first().map(|s| format!("/{}/{DESIRED}", s.root)));
-        push.push(step::BAND.to_owned());
+        push.push(step::SETTLING_BAND_ENTITY.to_owned());
         push
     };
     let response = plot("push [kN], ±5 % of the step", push(), &whole)?;
@@ -329,9 +329,9 @@ pub(super) fn placed<W: Write>(writer: &mut Writer<W>) -> Result<(), RecordError
 /// always seen, the others as tabs.
 pub(super) fn compare<W: Write>(
     writer: &mut Writer<W>,
-    shown: &[super::compare::Shown],
+    shown: &[super::compare::ShownLog],
 ) -> Result<(), RecordError> {
-    const SEEN: usize = 4;
+    const CHANNELS_ALWAYS_SHOWN: usize = 4;
     let mut layout = Layout { writer, count: 0 };
     let mut spaces = Vec::new();
     // The way that is furthest off lies on top.
@@ -392,7 +392,7 @@ pub(super) fn compare<W: Write>(
             [("PlotLegend", &legend), ("TimeAxis", &axis)];
         plots.push(layout.view("TimeSeries", &shown.title(channel), &[entity], &properties)?);
     }
-    let rest = plots.split_off(SEEN.min(plots.len()));
+    let rest = plots.split_off(CHANNELS_ALWAYS_SHOWN.min(plots.len()));
     if !rest.is_empty() {
         plots.push(layout.container(part::ContainerKind::Tabs, &rest, &[])?);
     }
@@ -423,13 +423,13 @@ fn whole(log: &LogComparison) -> view::TimeAxis {
 }
 
 /// Smallest and largest of some signals over all runs.
-fn extent<const N: usize>(shown: &[Shown], of: impl Fn(&RecordRow) -> [f64; N]) -> [f64; 2] {
+fn extent<const N: usize>(shown: &[DrawnRun], of: impl Fn(&RecordRow) -> [f64; N]) -> [f64; 2] {
     let values = shown.iter().flat_map(|s| s.recording.rows.iter()).flat_map(of);
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
 }
 
 /// First and last instant of the steady part, s.
-fn steady(shown: &Shown) -> Option<[f64; 2]> {
+fn steady(shown: &DrawnRun) -> Option<[f64; 2]> {
     let mut steady = shown.recording.rows.iter().filter(|r| r.phase == Phase::Steady);
     let first = steady.next()?;
     Some([first.time, steady.next_back().unwrap_or(first).time])
@@ -438,10 +438,10 @@ fn steady(shown: &Shown) -> Option<[f64; 2]> {
 /// The view in space, its camera beside the seam and looking back at the arm.
 fn cell<W: Write>(
     layout: &mut Layout<'_, W>,
-    shown: &[Shown],
+    shown: &[DrawnRun],
     exaggeration: f64,
 ) -> Result<Node, RecordError> {
-    let seam = shown.first().and_then(|s| super::scene::Seam::of(&s.recording.rows));
+    let seam = shown.first().and_then(|s| super::scene::DrawnSeam::of(&s.recording.rows));
     let seam = seam.map(|seam| seam.middle());
     let middle = seam.map_or(Vector3::new(1.5, 0.0, 0.5), |(place, _)| place);
     let outward =

@@ -4,7 +4,7 @@
 //! they come. Two threads: one makes chunks of rows, so that who makes the weld never waits; the
 //! other has the connection.
 
-use super::shown::{Beside, Shown};
+use super::shown::{Beside, DrawnRun};
 use super::writer::{RecordError, Writer};
 use super::{layout, scene, signals};
 use crate::OutputError;
@@ -22,10 +22,10 @@ use trueweld_core::Robot;
 use trueweld_plant::simulate::{RecordRow, Recording, Seam};
 
 /// Longest that a viewer may take to answer.
-const PATIENCE: Duration = Duration::from_secs(3);
+const VIEWER_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Time whose rows are sent together, s.
-const TOGETHER: f64 = 0.25;
+const BATCH_TIME: f64 = 0.25;
 
 /// What is known of a weld before it is made.
 #[derive(Debug)]
@@ -63,7 +63,7 @@ impl Live {
         }
         let endpoint = Endpoint::from_shared(address)
             .map_err(|error| refused(error.to_string()))?
-            .connect_timeout(PATIENCE);
+            .connect_timeout(VIEWER_TIMEOUT);
         let (messages, queue) = unbounded_channel();
         let (answer, answered) = channel();
         let connection = thread::spawn(move || connection(&endpoint, queue, &answer));
@@ -151,14 +151,14 @@ fn encode(
         "none" => "no compensation".to_owned(),
         law => law.to_owned(),
     }];
-    let together = (TOGETHER / recording.period.max(1e-3)).ceil() as usize;
+    let together = (BATCH_TIME / recording.period.max(1e-3)).ceil() as usize;
     let beside = |r: &Recording| Beside::Path(crate::path::travelled(&r.rows));
     let mut largest = 0.0_f64;
     let mut is_open = true;
     {
-        let shown = Shown::all(std::iter::once(&recording), &names, beside);
+        let shown = DrawnRun::all(std::iter::once(&recording), &names, beside);
         layout::weld(&mut writer, &shown, exaggeration)?;
-        let seam = scene::Seam::taught(&seam);
+        let seam = scene::DrawnSeam::taught(&seam);
         scene::surroundings(&mut writer, &seam, recording.half_pin, exaggeration)?;
     }
     while is_open {
@@ -178,7 +178,7 @@ fn encode(
         if recording.rows.len() == from {
             break;
         }
-        let shown = Shown::all(std::iter::once(&recording), &names, beside);
+        let shown = DrawnRun::all(std::iter::once(&recording), &names, beside);
         for shown in &shown {
             scene::arm(&mut writer, &robot, shown, [exaggeration, largest], from)?;
             signals::all(&mut writer, shown, from)?;

@@ -27,7 +27,7 @@ use crate::{
 };
 use re_sdk_types::archetypes::TextDocument;
 use re_sdk_types::components::MediaType;
-use shown::{Beside, ORIGIN, Shown};
+use shown::{Beside, DrawnRun, ORIGIN};
 use std::path::Path;
 use trueweld_measure::residuals::compare::LogComparison;
 use trueweld_plant::simulate::{Recording, limit_spans};
@@ -50,7 +50,7 @@ pub(crate) fn weld_recording(
     let WeldReport { runs, exaggeration, .. } = *report;
     let names = crate::words::weld::run_names(runs);
     let beside = |r: &Recording| Beside::Path(crate::path::travelled(&r.rows));
-    let shown = Shown::all(runs.iter().map(|r| r.recording), &names, beside);
+    let shown = DrawnRun::all(runs.iter().map(|r| r.recording), &names, beside);
     let id = shown.first().map_or("empty", |s| s.recording.weld.as_str());
     save(path, id, origin(document, &shown), |writer| {
         layout::weld(writer, &shown, exaggeration)?;
@@ -65,7 +65,7 @@ pub(crate) fn weld_recording(
 }
 
 /// What simulated runs are of, and what each stood at.
-fn origin(document: &Document, shown: &[Shown<'_>]) -> String {
+fn origin(document: &Document, shown: &[DrawnRun<'_>]) -> String {
     let limits = shown.iter().map(|s| {
         let spans = limit_spans(&s.recording.rows, &s.recording.max_torque);
         format!("- {}: {}\n", s.name, limits(&spans, s.recording.period))
@@ -89,10 +89,10 @@ pub(crate) fn step_recording(
 ) -> Result<(), OutputError> {
     let StepReport { runs, at, .. } = *report;
     let names = crate::words::step::controller_names(runs);
-    let shown = Shown::all(runs.iter().map(|r| r.recording), &names, |_| Beside::Step(at));
+    let shown = DrawnRun::all(runs.iter().map(|r| r.recording), &names, |_| Beside::Step(at));
     let id = shown.first().map_or("step".to_owned(), |s| format!("{}, step", s.recording.weld));
     save(path, &id, origin(document, &shown), |writer| {
-        let step = step::Step::of(&shown, at);
+        let step = step::SetPointStep::of(&shown, at);
         layout::step(writer, &shown, step.as_ref())?;
         step::references(writer, document.markdown(), step.as_ref())?;
         shown.iter().try_for_each(|shown| signals::all(writer, shown, 0))
@@ -112,7 +112,7 @@ pub(crate) fn compare_recording(
     report: &CompareReport<'_>,
     document: &Document,
 ) -> Result<(), OutputError> {
-    let shown = compare::Shown::all(&report.comparison.logs, &[]);
+    let shown = compare::ShownLog::all(&report.comparison.logs, &[]);
     save(path, "compare", document.origin_markdown(), |writer| {
         layout::compare(writer, &shown)?;
         compare::all(writer, compare::about(report.model, report.comparison), &shown)
@@ -132,7 +132,7 @@ pub(crate) fn diagnose_recording(
 ) -> Result<(), OutputError> {
     let mut said = vec![diagnosed.headline()];
     said.extend(diagnosed.explanation());
-    if let Some(plan) = &diagnosed.account.next_experiment {
+    if let Some(plan) = &diagnosed.explanation.next_experiment {
         said.push(format!("What to record next: {}", experiment::lead(plan)));
         if experiment::is_worth_recording(plan) {
             said.extend(experiment::steps(plan));
@@ -158,7 +158,7 @@ pub(crate) fn improve_recording(
     document: &Document,
 ) -> Result<(), OutputError> {
     let steps = improved.improvement.steps.iter().enumerate();
-    let step = |(k, step): (usize, &trueweld_measure::improve::Step)| {
+    let step = |(k, step): (usize, &trueweld_measure::improve::ImprovementStep)| {
         format!(
             "{}: score {:.3}, where nothing was fitted {:.3}",
             improved.step(k),
@@ -202,7 +202,7 @@ fn before_and_after(
     said: &[String],
     setting: &str,
 ) -> Result<(), OutputError> {
-    let shown = compare::Shown::all(before, after);
+    let shown = compare::ShownLog::all(before, after);
     let (first, others) =
         said.split_first().map_or(("", said), |(first, others)| (first.as_str(), others));
     // A step's own plus is no mark of a list.

@@ -17,8 +17,8 @@ pub(super) const MAP: &str = "/placements/share";
 pub(super) const SEAMS: &str = "/seams";
 
 /// Radius of a point and of a seam, m.
-const POINT: f32 = 0.02;
-const LINE: f32 = 0.012;
+const POINT_RADIUS: f32 = 0.02;
+const SEAM_RADIUS: f32 = 0.012;
 
 /// Points of a drawn seam.
 const SEAM_POINTS: usize = 40;
@@ -51,7 +51,7 @@ pub(super) fn all<W: Write>(
     let labels = best.iter().map(|placed| format!("{:.0} %", 100.0 * placed.limiting().share));
     let map = Points3D::new(points)
         .with_colors(colors)
-        .with_radii([POINT])
+        .with_radii([POINT_RADIUS])
         .with_labels(labels)
         .with_show_labels(false);
     writer.fixed(Store::Recording, MAP, &map)?;
@@ -78,7 +78,8 @@ fn write_strips<W: Write>(
     strips: Vec<Vec<[f32; 3]>>,
     color: Rgb,
 ) -> Result<(), RecordError> {
-    let lines = LineStrips3D::new(strips).with_radii([LINE]).with_colors([signals::rgb(color)]);
+    let lines =
+        LineStrips3D::new(strips).with_radii([SEAM_RADIUS]).with_colors([signals::rgb(color)]);
     writer.fixed(Store::Recording, entity, &lines)
 }
 

@@ -1,7 +1,7 @@
 //! The cell in space: plate, seam and limits, and for every run the arm as it stands and as its
 //! encoders say, the way of its tool and the force on it.
 
-use super::shown::{Beside, Shown, micrometres};
+use super::shown::{Beside, DrawnRun, micrometres};
 use super::signals;
 use super::writer::{RecordError, Store, Writer, refused};
 use crate::MILLI;
@@ -36,9 +36,9 @@ const FORCE_LENGTH: f64 = 0.5 / 18_000.0;
 
 /// The nominal seam: places along it, and the axes of W in B there (along, lateral, into the
 /// material). Its ends alone, where it is straight.
-pub(super) struct Seam(Vec<(Vector3<f64>, Matrix3<f64>)>);
+pub(super) struct DrawnSeam(Vec<(Vector3<f64>, Matrix3<f64>)>);
 
-impl Seam {
+impl DrawnSeam {
     /// From the nominal poses of a run.
     pub fn of(rows: &[RecordRow]) -> Option<Self> {
         let (first, last) = (rows.first()?, rows.last()?);
@@ -80,7 +80,7 @@ impl Seam {
 }
 
 /// The plate under a straight seam; under a curved one a strip of the surface.
-fn plate(seam: &Seam) -> Box<dyn AsComponents> {
+fn plate(seam: &DrawnSeam) -> Box<dyn AsComponents> {
     let color = Color::from_rgb(198, 203, 210);
     let thickness = 0.02;
     let (middle, axes) = seam.middle();
@@ -112,13 +112,13 @@ fn plate(seam: &Seam) -> Box<dyn AsComponents> {
 pub(super) fn cell<W: Write>(
     writer: &mut Writer<W>,
     runs: &[WeldRun],
-    shown: &[Shown],
+    shown: &[DrawnRun],
     exaggeration: f64,
 ) -> Result<(), RecordError> {
     let Some(first) = shown.first() else {
         return Ok(());
     };
-    let Some(seam) = Seam::of(&first.recording.rows) else {
+    let Some(seam) = DrawnSeam::of(&first.recording.rows) else {
         return Ok(());
     };
     surroundings(writer, &seam, first.recording.half_pin, exaggeration)?;
@@ -130,7 +130,7 @@ pub(super) fn cell<W: Write>(
 /// Plate, seam, and the limits of lateral deviation beside it. `half_pin`: m.
 pub(super) fn surroundings<W: Write>(
     writer: &mut Writer<W>,
-    seam: &Seam,
+    seam: &DrawnSeam,
     half_pin: f64,
     exaggeration: f64,
 ) -> Result<(), RecordError> {
@@ -158,7 +158,7 @@ pub(super) fn surroundings<W: Write>(
 }
 
 /// The limit of lateral deviation in the plots, over the whole time of a run.
-fn half_pin<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), RecordError> {
+fn half_pin<W: Write>(writer: &mut Writer<W>, shown: &DrawnRun) -> Result<(), RecordError> {
     let (rows, limit) = (&shown.recording.rows, shown.recording.half_pin * MILLI);
     let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
         return Ok(());
@@ -178,7 +178,7 @@ fn half_pin<W: Write>(writer: &mut Writer<W>, shown: &Shown) -> Result<(), Recor
 }
 
 /// The picture in words.
-fn about(runs: &[WeldRun], shown: &[Shown], exaggeration: f64) -> String {
+fn about(runs: &[WeldRun], shown: &[DrawnRun], exaggeration: f64) -> String {
     let mut text = format!("**{}**\n\n", headline(runs));
     for (k, run) in shown.iter().enumerate() {
         let color = crate::color::run_in_words(k);
@@ -201,7 +201,7 @@ fn about(runs: &[WeldRun], shown: &[Shown], exaggeration: f64) -> String {
 pub(super) fn arm<W: Write>(
     writer: &mut Writer<W>,
     robot: &Robot<f64>,
-    shown: &Shown,
+    shown: &DrawnRun,
     [exaggeration, largest]: [f64; 2],
     from: usize,
 ) -> Result<(), RecordError> {
@@ -276,7 +276,7 @@ pub(super) fn arm<W: Write>(
 /// deviation, with `name` beside it.
 fn way<W: Write>(
     writer: &mut Writer<W>,
-    shown: &Shown,
+    shown: &DrawnRun,
     name: &str,
     exaggeration: f64,
 ) -> Result<(), RecordError> {

@@ -12,7 +12,7 @@ pub(super) const ORIGIN: &str = "/origin";
 pub(super) const SINCE_STEP: &str = "since_step";
 
 /// A run and how it appears in the recording.
-pub(super) struct Shown<'a> {
+pub(super) struct DrawnRun<'a> {
     pub recording: &'a Recording,
     /// Root of its entities.
     pub root: String,
@@ -31,7 +31,7 @@ pub(super) enum Beside {
     Step(f64),
 }
 
-impl<'a> Shown<'a> {
+impl<'a> DrawnRun<'a> {
     /// All runs, with names that tell them apart.
     pub fn all(
         recordings: impl Iterator<Item = &'a Recording>,

@@ -1,9 +1,9 @@
 //! Every signal of a run as columns over time and over the position on the seam, and its events.
 
-use super::shown::{Beside, SINCE_STEP, Shown};
+use super::shown::{Beside, DrawnRun, SINCE_STEP};
 use super::writer::{RecordError, Store, Writer, refused};
 use crate::MILLI;
-use crate::color::{JOINTS as JOINT_COLORS, REFERENCE, Rgb};
+use crate::color::{JOINT_COLOURS as JOINT_COLORS, REFERENCE, Rgb};
 use crate::path::moving;
 use crate::words;
 use re_chunk::TimeColumn;
@@ -12,14 +12,14 @@ use re_sdk_types::archetypes::{Scalars, SeriesLines, TextLog};
 use re_sdk_types::components::{Color, TextLogLevel};
 use std::io::Write;
 use std::ops::Range;
-use trueweld_core::monitor::ORDERS;
+use trueweld_core::monitor::WATCHED_ORDERS;
 use trueweld_plant::simulate::{RecordRow, health_warnings};
 
 /// Rows in one chunk.
-const CHUNK: usize = 10_000;
+pub(super) const CHUNK_ROWS: usize = 10_000;
 
 /// One plot of the layout: entities below a run's root, and entities that belong to no run.
-pub(super) struct Group {
+pub(super) struct PlotGroup {
     pub title: &'static str,
     pub entities: &'static [&'static str],
     pub references: &'static [&'static str],
@@ -41,7 +41,7 @@ pub(super) enum Of {
 }
 
 /// What a controller does about the force; the schemes that do without one leave it at zero.
-pub(super) fn idle(shown: &Shown, entity: &str) -> bool {
+pub(super) fn idle(shown: &DrawnRun, entity: &str) -> bool {
     let of: fn(&RecordRow) -> f64 = match entity {
         "controller/depth_correction" => |r| r.depth_correction,
         "controller/push" => |r| r.push,
@@ -51,8 +51,8 @@ pub(super) fn idle(shown: &Shown, entity: &str) -> bool {
 }
 
 /// The plots of the layout; the first three are always seen, the others are tabs.
-pub(super) const GROUPS: &[Group] = &[
-    Group {
+pub(super) const GROUPS: &[PlotGroup] = &[
+    PlotGroup {
         references: &["half_pin"],
         ..group("lateral deviation [mm]", Of::All, &["deviation/lateral"])
     },
@@ -74,14 +74,14 @@ pub(super) const GROUPS: &[Group] = &[
     group("vibration of the drives [mrad/s]", Of::First, &["health/drives"]),
 ];
 
-const fn group(title: &'static str, of: Of, entities: &'static [&'static str]) -> Group {
-    Group { title, entities, references: &[], of }
+const fn group(title: &'static str, of: Of, entities: &'static [&'static str]) -> PlotGroup {
+    PlotGroup { title, entities, references: &[], of }
 }
 
 /// Writes the signals and events of one run, of the rows from `from` on.
 pub(super) fn all<W: Write>(
     writer: &mut Writer<W>,
-    shown: &Shown,
+    shown: &DrawnRun,
     from: usize,
 ) -> Result<(), RecordError> {
     let (name, color) = (shown.name.as_str(), shown.color);
@@ -90,7 +90,7 @@ pub(super) fn all<W: Write>(
     // legends small.
     let own = [name.to_owned()];
     let label = |what: &str| [format!("{name}, {what}")];
-    let mut signals = Signals { writer, shown, from };
+    let mut signals = SignalWriter { writer, shown, from };
 
     signals
         .send("deviation/lateral", &own, &[color], |r| Some([r.deviation_w.linear.y * MILLI]))?;
@@ -126,7 +126,7 @@ pub(super) fn all<W: Write>(
     signals.send("controller/correction_turn", &label("turn [mrad]"), &[pale(6)], |r| {
         Some([r.correction_w.angular.norm() * MILLI])
     })?;
-    let lines = ORDERS.map(|order| format!("{name}, order {order}"));
+    let lines = WATCHED_ORDERS.map(|order| format!("{name}, order {order}"));
     signals.send("health/spindle_lines", &lines, &[color, pale(4)], |r| {
         Some(r.health.lines.map(|line| line.amplitude.into()))
     })?;
@@ -158,14 +158,14 @@ pub(super) fn reference<const N: usize, W: Write>(
     writer.columns(entity, values.len(), times, columns)
 }
 
-struct Signals<'a, 'b, W: Write> {
+struct SignalWriter<'a, 'b, W: Write> {
     writer: &'a mut Writer<W>,
-    shown: &'a Shown<'b>,
+    shown: &'a DrawnRun<'b>,
     /// The first row to write; those before are there.
     from: usize,
 }
 
-impl<W: Write> Signals<'_, '_, W> {
+impl<W: Write> SignalWriter<'_, '_, W> {
     /// One entity of `N` lines; rows where `value` has none are left out.
     fn send<const N: usize>(
         &mut self,
@@ -204,8 +204,11 @@ impl<W: Write> Signals<'_, '_, W> {
 pub(super) fn chunks(rows: &[RecordRow], mut start: usize) -> impl Iterator<Item = Range<usize>> {
     std::iter::from_fn(move || {
         let on_path = moving(rows.get(start)?.phase);
-        let length =
-            rows[start..].iter().take(CHUNK).take_while(|r| moving(r.phase) == on_path).count();
+        let length = rows[start..]
+            .iter()
+            .take(CHUNK_ROWS)
+            .take_while(|r| moving(r.phase) == on_path)
+            .count();
         let range = start..start + length;
         start = range.end;
         Some(range)
@@ -213,7 +216,11 @@ pub(super) fn chunks(rows: &[RecordRow], mut start: usize) -> impl Iterator<Item
 }
 
 /// Changes of phase, where limits and faults begin and end, and warnings.
-fn events<W: Write>(writer: &mut Writer<W>, shown: &Shown, from: usize) -> Result<(), RecordError> {
+fn events<W: Write>(
+    writer: &mut Writer<W>,
+    shown: &DrawnRun,
+    from: usize,
+) -> Result<(), RecordError> {
     let entity = format!("/{}/events", shown.root);
     let warnings = health_warnings(&shown.recording.rows);
     let (done, rows) = shown.recording.rows.split_at(from);

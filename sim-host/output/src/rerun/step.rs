@@ -1,7 +1,7 @@
 //! What belongs to a step of the push and to no single controller: the 5 % band, and the words
 //! beside the plots.
 
-use super::shown::{SINCE_STEP, Shown};
+use super::shown::{DrawnRun, SINCE_STEP};
 use super::signals;
 use super::writer::{RecordError, Store, Writer};
 use crate::MILLI;
@@ -12,10 +12,10 @@ use re_sdk_types::components::MediaType;
 use std::io::Write;
 
 /// Entity of the 5 % band.
-pub(super) const BAND: &str = "/reference/band";
+pub(super) const SETTLING_BAND_ENTITY: &str = "/reference/band";
 
 /// The step of the set-point.
-pub(super) struct Step {
+pub(super) struct SetPointStep {
     /// When, s.
     pub at: f64,
     /// Time recorded after it, s.
@@ -26,10 +26,10 @@ pub(super) struct Step {
     pub near: f64,
 }
 
-impl Step {
+impl SetPointStep {
     /// From the first run. `None` where it has no push asked for on both sides of `at`.
-    pub fn of(shown: &[Shown], at: f64) -> Option<Self> {
-        let Shown { recording, .. } = shown.first()?;
+    pub fn of(shown: &[DrawnRun], at: f64) -> Option<Self> {
+        let DrawnRun { recording, .. } = shown.first()?;
         let last = recording.rows.last()?;
         let goal = last.force_desired?;
         let before = recording
@@ -46,7 +46,7 @@ impl Step {
 pub(super) fn references<W: Write>(
     writer: &mut Writer<W>,
     about: String,
-    step: Option<&Step>,
+    step: Option<&SetPointStep>,
 ) -> Result<(), RecordError> {
     let text = TextDocument::new(about).with_media_type(MediaType::MARKDOWN);
     writer.fixed(Store::Recording, "/about", &text)?;
@@ -56,5 +56,5 @@ pub(super) fn references<W: Write>(
         TimeColumn::new_duration_secs(SINCE_STEP, [0.0, step.length]),
     ];
     let limits = [-1.0, 1.0].map(|side| (step.goal + side * step.near) / MILLI);
-    signals::reference(writer, BAND, "±5 %", LIMIT, times, &[limits; 2])
+    signals::reference(writer, SETTLING_BAND_ENTITY, "±5 %", LIMIT, times, &[limits; 2])
 }

@@ -1,14 +1,14 @@
 //! Samples of logs beside what models predict of them, long: a row for every value.
 
-use super::{Samples, Values};
+use super::{BlockTable, ColumnValues};
 use trueweld_measure::residuals::compare::{LogComparison, Trace};
 
 /// Columns of words, and of numbers in the unit of the row.
-const WORDS: [&str; 7] = ["model", "role", "log", "kind", "channel", "column", "unit"];
-const NUMBERS: [&str; 5] = ["time_s", "measured", "predicted", "residual", "noise"];
+const WORD_COLUMNS: [&str; 7] = ["model", "role", "log", "kind", "channel", "column", "unit"];
+const NUMBER_COLUMNS: [&str; 5] = ["time_s", "measured", "predicted", "residual", "noise"];
 
 /// Logs under models: the model's name, the part that the logs had, and the logs.
-pub(crate) fn of_logs<'a>(groups: Vec<([&'static str; 2], &'a [LogComparison])>) -> Samples<'a> {
+pub(crate) fn of_logs<'a>(groups: Vec<([&'static str; 2], &'a [LogComparison])>) -> BlockTable<'a> {
     let traces = groups.into_iter().flat_map(|(group, logs)| {
         let of_log = move |log: &'a LogComparison| {
             log.traces.iter().chain(&log.lines).map(move |t| (group, log, t))
@@ -19,16 +19,16 @@ pub(crate) fn of_logs<'a>(groups: Vec<([&'static str; 2], &'a [LogComparison])>)
         let kind = log.kind.name();
         let words =
             [model, role, log.name.as_str(), kind, trace.channel, trace.label.as_str(), trace.unit];
-        let words = words.map(Values::Word);
+        let words = words.map(ColumnValues::Word);
         let residual = trace.measured.iter().zip(&trace.predicted).map(|(m, p)| m - p).collect();
         let numbers = [
-            Values::Borrowed(&trace.time),
-            Values::Borrowed(&trace.measured),
-            Values::Borrowed(&trace.predicted),
-            Values::Numbers(residual),
-            Values::Borrowed(&trace.deviation),
+            ColumnValues::Borrowed(&trace.time),
+            ColumnValues::Borrowed(&trace.measured),
+            ColumnValues::Borrowed(&trace.predicted),
+            ColumnValues::Numbers(residual),
+            ColumnValues::Borrowed(&trace.deviation),
         ];
         words.into_iter().chain(numbers).collect()
     };
-    Samples::new(WORDS, NUMBERS, traces.map(block))
+    BlockTable::new(WORD_COLUMNS, NUMBER_COLUMNS, traces.map(block))
 }

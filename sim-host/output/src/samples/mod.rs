@@ -19,23 +19,23 @@ use std::path::Path;
 use trueweld_plant::input::write_atomically_with;
 
 /// A table that is made block by block, while it is written: none need fit into memory as a whole.
-pub struct Samples<'a> {
-    columns: Vec<Column>,
-    blocks: Box<dyn Iterator<Item = Block<'a>> + 'a>,
+pub struct BlockTable<'a> {
+    columns: Vec<SampleColumn>,
+    blocks: Box<dyn Iterator<Item = SampleBlock<'a>> + 'a>,
 }
 
 /// A column of all blocks.
-struct Column {
+struct SampleColumn {
     name: String,
     /// Words, or numbers.
     words: bool,
 }
 
 /// Some rows, column by column.
-type Block<'a> = Vec<Values<'a>>;
+type SampleBlock<'a> = Vec<ColumnValues<'a>>;
 
 /// The values of a column in one block.
-enum Values<'a> {
+enum ColumnValues<'a> {
     /// NaN where there is none.
     Numbers(Vec<f64>),
     /// Numbers of somebody else.
@@ -45,7 +45,7 @@ enum Values<'a> {
     Word(&'a str),
 }
 
-impl Values<'_> {
+impl ColumnValues<'_> {
     fn numbers(&self) -> &[f64] {
         match self {
             Self::Numbers(values) => values,
@@ -64,23 +64,23 @@ impl Values<'_> {
 }
 
 /// Rows of a block.
-fn rows_of(block: &Block<'_>) -> usize {
-    let rows = |values: &Values<'_>| match values {
-        Values::Word(_) => None,
-        Values::Words(words) => Some(words.len()),
+fn rows_of(block: &SampleBlock<'_>) -> usize {
+    let rows = |values: &ColumnValues<'_>| match values {
+        ColumnValues::Word(_) => None,
+        ColumnValues::Words(words) => Some(words.len()),
         numbers => Some(numbers.numbers().len()),
     };
     block.iter().find_map(rows).unwrap_or(0)
 }
 
-impl<'a> Samples<'a> {
+impl<'a> BlockTable<'a> {
     /// Columns of words, then columns of numbers.
     fn new<S: Into<String>>(
         words: impl IntoIterator<Item = S>,
         numbers: impl IntoIterator<Item = S>,
-        blocks: impl Iterator<Item = Block<'a>> + 'a,
+        blocks: impl Iterator<Item = SampleBlock<'a>> + 'a,
     ) -> Self {
-        let column = |words: bool| move |name: S| Column { name: name.into(), words };
+        let column = |words: bool| move |name: S| SampleColumn { name: name.into(), words };
         let columns = words.into_iter().map(column(true));
         let columns = columns.chain(numbers.into_iter().map(column(false))).collect();
         Self { columns, blocks: Box::new(blocks) }
@@ -159,18 +159,18 @@ mod tests {
     fn a_field_that_needs_them_has_quotes_and_what_does_not_exist_is_empty() {
         let blocks = [
             vec![
-                Values::Word("a, \"b\""),
-                Values::Numbers(vec![0.1, f64::NAN]),
-                Values::Borrowed(&[1.0, -2.5e-7]),
+                ColumnValues::Word("a, \"b\""),
+                ColumnValues::Numbers(vec![0.1, f64::NAN]),
+                ColumnValues::Borrowed(&[1.0, -2.5e-7]),
             ],
             vec![
-                Values::Words(vec!["c".into()]),
-                Values::Numbers(vec![3.0]),
-                Values::Numbers(vec![f64::INFINITY]),
+                ColumnValues::Words(vec!["c".into()]),
+                ColumnValues::Numbers(vec![3.0]),
+                ColumnValues::Numbers(vec![f64::INFINITY]),
             ],
         ];
         let mut text = Vec::new();
-        Samples::new(["word"], ["x_m", "y_n"], blocks.into_iter()).csv(&mut text).unwrap();
+        BlockTable::new(["word"], ["x_m", "y_n"], blocks.into_iter()).csv(&mut text).unwrap();
         let expected =
             "word,x_m,y_n\n\"a, \"\"b\"\"\",0.1,1\n\"a, \"\"b\"\"\",,-0.00000025\nc,3,\n";
         assert_eq!(String::from_utf8(text).unwrap(), expected);
@@ -187,7 +187,7 @@ mod tests {
         let welds = sample::welds(300);
         let runs = welds.runs();
         let weld = WeldReport { runs: &runs, exaggeration: 1.0, provenance: sample::provenance() };
-        let parts = sample::diagnosis(trueweld_measure::diagnose::Verdict::EffectFound);
+        let parts = sample::diagnosis(trueweld_measure::diagnose::DiagnosisVerdict::EffectFound);
         let both = |name: &str, write: &dyn Fn(&Path)| {
             let [csv, parquet] =
                 ["csv", "parquet"].map(|e| folder.path().join(name).with_extension(e));

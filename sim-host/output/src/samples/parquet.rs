@@ -1,7 +1,7 @@
 //! Samples as Parquet: a block is a row group. Words are UTF-8 strings, numbers doubles; a value
 //! that does not exist is NaN.
 
-use super::{Samples, rows_of};
+use super::{BlockTable, rows_of};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
@@ -10,13 +10,13 @@ use parquet::schema::parser::parse_message_type;
 use std::io::{self, Write};
 use std::sync::Arc;
 
-impl Samples<'_> {
+impl BlockTable<'_> {
     pub(super) fn parquet(self, file: impl Write + Send) -> io::Result<()> {
         self.row_groups(file).map_err(io::Error::other)
     }
 
     fn row_groups(self, file: impl Write + Send) -> Result<(), ParquetError> {
-        let field = |column: &super::Column| match column.words {
+        let field = |column: &super::SampleColumn| match column.words {
             true => format!("REQUIRED BYTE_ARRAY {} (STRING);", column.name),
             false => format!("REQUIRED DOUBLE {};", column.name),
         };

@@ -1,7 +1,7 @@
 //! Samples of simulated runs, wide: a row for every control period and a column for every signal.
 //! And what comparisons of laws and certifications consist of: a row for every weld.
 
-use super::{Samples, Values};
+use super::{BlockTable, ColumnValues};
 use crate::path::travelled;
 use crate::words::laws::{axis, label};
 use crate::{CertifiedWeld, LawsReport};
@@ -13,7 +13,7 @@ use trueweld_evaluate::{Figure, WELD_FIGURES, WeldFigures};
 use trueweld_plant::simulate::{RecordRow, Recording};
 
 /// A group of signals: what their names begin and end with, what tells them apart, and their values.
-struct Signals {
+struct SignalGroup {
     name: &'static str,
     parts: &'static [&'static str],
     unit: &'static str,
@@ -25,17 +25,17 @@ const fn signals(
     parts: &'static [&'static str],
     unit: &'static str,
     of: fn(&RecordRow) -> Vec<f64>,
-) -> Signals {
-    Signals { name, parts, unit, of }
+) -> SignalGroup {
+    SignalGroup { name, parts, unit, of }
 }
 
 const XYZ: &[&str] = &["_x", "_y", "_z"];
-const AXES: &[&str] = &["_a1", "_a2", "_a3", "_a4", "_a5", "_a6"];
+const AXIS_SUFFIXES: &[&str] = &["_a1", "_a2", "_a3", "_a4", "_a5", "_a6"];
 /// Longitudinal, lateral, depth.
 const OF_WELD: &[&str] = &["_longitudinal", "_lateral", "_depth"];
 
 /// Poses in B, rotations as rotation vectors; what is of the weld in axes of W.
-static SIGNALS: [Signals; 25] = [
+static SIGNAL_GROUPS: [SignalGroup; 25] = [
     signals("nominal", XYZ, "_m", |r| r.nominal.position.as_slice().to_vec()),
     signals("nominal", &["_rx", "_ry", "_rz"], "_rad", |r| rotation(&r.nominal)),
     signals("real", XYZ, "_m", |r| r.real.position.as_slice().to_vec()),
@@ -47,13 +47,13 @@ static SIGNALS: [Signals; 25] = [
         r.deviation_w.angular.as_slice().to_vec()
     }),
     signals("tilt", &[""], "_rad", |r| vec![r.tilt]),
-    signals("lateral_by", AXES, "_m", |r| joints(&r.lateral_by_joint)),
+    signals("lateral_by", AXIS_SUFFIXES, "_m", |r| joints(&r.lateral_by_joint)),
     signals("force", XYZ, "_n", |r| r.force_w.as_slice().to_vec()),
     signals("force_sensed", XYZ, "_n", |r| r.force_sensed_w.as_slice().to_vec()),
     signals("push_desired", &[""], "_n", |r| vec![r.force_desired.unwrap_or(f64::NAN)]),
-    signals("link", AXES, "_rad", |r| joints(&r.link)),
-    signals("motor", AXES, "_rad", |r| joints(&r.motor)),
-    signals("torque", AXES, "_nm", |r| joints(&r.torque)),
+    signals("link", AXIS_SUFFIXES, "_rad", |r| joints(&r.link)),
+    signals("motor", AXIS_SUFFIXES, "_rad", |r| joints(&r.motor)),
+    signals("torque", AXIS_SUFFIXES, "_nm", |r| joints(&r.torque)),
     signals("spindle_angle", &[""], "_rad", |r| vec![r.spindle_angle]),
     signals("force_error", &[""], "_n", |r| vec![r.force_error]),
     signals("depth_correction", &[""], "_m", |r| vec![r.depth_correction]),
@@ -78,49 +78,49 @@ fn joints(values: &JointVector<f64>) -> Vec<f64> {
 }
 
 /// Rows in one block.
-const BLOCK: usize = 100_000;
+const SIMULATED_BLOCK_ROWS: usize = 100_000;
 
 /// Runs, every recorded signal of each.
-pub(crate) fn of_runs<'a>(runs: impl Iterator<Item = &'a Recording> + 'a) -> Samples<'a> {
+pub(crate) fn of_runs<'a>(runs: impl Iterator<Item = &'a Recording> + 'a) -> BlockTable<'a> {
     let words = ["weld", "controller", "law", "phase", "fault"].map(str::to_owned);
-    let of_group = |s: &Signals| {
+    let of_group = |s: &SignalGroup| {
         let name = |part: &&str| format!("{}{part}{}", s.name, s.unit);
         s.parts.iter().map(name).collect::<Vec<_>>()
     };
     let numbers = ["time_s", "path_m"].map(str::to_owned);
-    let numbers = numbers.into_iter().chain(SIGNALS.iter().flat_map(of_group));
+    let numbers = numbers.into_iter().chain(SIGNAL_GROUPS.iter().flat_map(of_group));
     let blocks = runs.flat_map(|run| {
         let path = travelled(&run.rows);
-        let starts = (0..run.rows.len()).step_by(BLOCK);
+        let starts = (0..run.rows.len()).step_by(SIMULATED_BLOCK_ROWS);
         starts.map(move |start| {
-            let rows = &run.rows[start..run.rows.len().min(start + BLOCK)];
+            let rows = &run.rows[start..run.rows.len().min(start + SIMULATED_BLOCK_ROWS)];
             let path = path[start..start + rows.len()].to_vec();
             block(run, rows, path)
         })
     });
-    Samples::new(words, numbers, blocks)
+    BlockTable::new(words, numbers, blocks)
 }
 
-fn block<'a>(run: &'a Recording, rows: &'a [RecordRow], path: Vec<f64>) -> Vec<Values<'a>> {
-    let mut block: Vec<Values<'a>> =
-        [run.weld.as_str(), run.controller, &run.compensator].map(Values::Word).into();
+fn block<'a>(run: &'a Recording, rows: &'a [RecordRow], path: Vec<f64>) -> Vec<ColumnValues<'a>> {
+    let mut block: Vec<ColumnValues<'a>> =
+        [run.weld.as_str(), run.controller, &run.compensator].map(ColumnValues::Word).into();
     let fault = |row: &RecordRow| row.fault.map_or("".into(), |fault| format!("{fault:?}").into());
-    block.push(Values::Words(rows.iter().map(|row| row.phase.name().into()).collect()));
-    block.push(Values::Words(rows.iter().map(fault).collect()));
-    block.push(Values::Numbers(rows.iter().map(|row| row.time).collect()));
-    block.push(Values::Numbers(path));
-    for group in &SIGNALS {
+    block.push(ColumnValues::Words(rows.iter().map(|row| row.phase.name().into()).collect()));
+    block.push(ColumnValues::Words(rows.iter().map(fault).collect()));
+    block.push(ColumnValues::Numbers(rows.iter().map(|row| row.time).collect()));
+    block.push(ColumnValues::Numbers(path));
+    for group in &SIGNAL_GROUPS {
         let mut columns = vec![Vec::with_capacity(rows.len()); group.parts.len()];
         for row in rows {
             columns.iter_mut().zip((group.of)(row)).for_each(|(column, v)| column.push(v));
         }
-        block.extend(columns.into_iter().map(Values::Numbers));
+        block.extend(columns.into_iter().map(ColumnValues::Numbers));
     }
     block
 }
 
 /// Welds of a comparison of laws: what was varied, and the figures that may be limited.
-pub(crate) fn of_laws<'a>(report: &LawsReport<'a>) -> Samples<'a> {
+pub(crate) fn of_laws<'a>(report: &LawsReport<'a>) -> BlockTable<'a> {
     let (laws, sweeps) = (report.comparison.laws, report.sweeps);
     let steady = || WELD_FIGURES.iter().filter(|of| of.figure.phase().is_empty());
     let blocks = sweeps.iter().flat_map(move |sweep| {
@@ -131,24 +131,24 @@ pub(crate) fn of_laws<'a>(report: &LawsReport<'a>) -> Samples<'a> {
                 Err(error) => Cow::from(ToString::to_string(error)),
             };
             let words = [
-                Values::Word(law.name()),
-                Values::Word(axis(sweep.quantity)),
-                Values::Words(changes.map(|change| label(*change).into()).collect()),
-                Values::Words(points.iter().map(failed).collect()),
+                ColumnValues::Word(law.name()),
+                ColumnValues::Word(axis(sweep.quantity)),
+                ColumnValues::Words(changes.map(|change| label(*change).into()).collect()),
+                ColumnValues::Words(points.iter().map(failed).collect()),
             ];
             let numbers = steady().map(|of| {
                 let value = |p: &Result<_, _>| p.as_ref().map_or(f64::NAN, |f| (of.value)(f));
-                Values::Numbers(points.iter().map(value).collect())
+                ColumnValues::Numbers(points.iter().map(value).collect())
             });
             words.into_iter().chain(numbers).collect()
         })
     });
     let words = ["law", "varied", "value", "failed"];
-    Samples::new(words, steady().map(|of| of.figure.key), blocks)
+    BlockTable::new(words, steady().map(|of| of.figure.key), blocks)
 }
 
 /// Runs of a certification, with their figures.
-pub(crate) fn of_trials(welds: &[CertifiedWeld]) -> Samples<'_> {
+pub(crate) fn of_trials(welds: &[CertifiedWeld]) -> BlockTable<'_> {
     let keys = || {
         // Of phases beside the steady one those that are limited.
         let limited =
@@ -176,22 +176,22 @@ pub(crate) fn of_trials(welds: &[CertifiedWeld]) -> Samples<'_> {
             of_trials(EvidenceKind::WorstCase, &evidence.worst.runs),
         ];
         sections.into_iter().chain(faults).map(move |(case, fault, runs)| {
-            let words = [weld.name.as_str(), case.name(), fault].map(Values::Word);
+            let words = [weld.name.as_str(), case.name(), fault].map(ColumnValues::Word);
             let failed =
                 |(_, _, why): &(f64, _, Option<String>)| Cow::from(why.clone().unwrap_or_default());
-            let failed = Values::Words(runs.iter().map(failed).collect());
-            let trial = Values::Numbers(runs.iter().map(|run| run.0).collect());
+            let failed = ColumnValues::Words(runs.iter().map(failed).collect());
+            let trial = ColumnValues::Numbers(runs.iter().map(|run| run.0).collect());
             let numbers = keys().map(|key| {
                 let value = |figures: &FigureValues| figures.get(key).copied();
                 let of_run = |run: &(f64, Option<FigureValues>, _)| {
                     run.1.as_ref().and_then(value).unwrap_or(f64::NAN)
                 };
-                Values::Numbers(runs.iter().map(of_run).collect())
+                ColumnValues::Numbers(runs.iter().map(of_run).collect())
             });
             let words = words.into_iter().chain([failed, trial]);
             words.chain(numbers).collect()
         })
     });
     let words = ["weld", "case", "fault", "failed"];
-    Samples::new(words, ["trial"].into_iter().chain(keys()), blocks)
+    BlockTable::new(words, ["trial"].into_iter().chain(keys()), blocks)
 }

@@ -1,28 +1,31 @@
 //! Samples of studies: a row for every weld, with what it was made of and what came of it.
 
-use super::{Samples, Values};
+use super::{BlockTable, ColumnValues};
 use crate::words::study::layout::out_of_reach;
 use crate::{StudyLayoutReport, StudySensitivityReport};
 use std::borrow::Cow;
-use trueweld_evaluate::study::{DesignPoint, Placed, PlacedPart, StudyRun, WAY_FIGURES, numbers};
+use trueweld_evaluate::study::{
+    DesignPoint, PlacedPart, RatedPlacement, StudyRun, WAY_FIGURES, numbers,
+};
 
 /// Rows in one block.
-const BLOCK: usize = 10_000;
+const STUDY_BLOCK_ROWS: usize = 10_000;
 
 /// Welds of a design: their place in it, the cell, and the figures.
-pub(crate) fn of_study<'a>(report: &StudySensitivityReport<'a>) -> Samples<'a> {
+pub(crate) fn of_study<'a>(report: &StudySensitivityReport<'a>) -> BlockTable<'a> {
     let inputs = report.global.inputs.len();
     let keys: Vec<&'static str> = report.study.figures().map(|figure| figure.key).collect();
     let cell = cell_columns(report.study.cell.uncertain.latent_names());
     let latents = report.study.cell.uncertain.latents();
     let numbers = ["run", "row", "column"].map(str::to_owned).into_iter().chain(cell);
     let numbers = numbers.chain(keys.clone().into_iter().map(str::to_owned));
-    let blocks = report.runs.chunks(BLOCK).map(move |runs| {
+    let blocks = report.runs.chunks(STUDY_BLOCK_ROWS).map(move |runs| {
         let failed = |run: &StudyRun| Cow::from(run.failed.clone().unwrap_or_default());
-        let column = |of: &dyn Fn(&StudyRun) -> f64| Values::Numbers(runs.iter().map(of).collect());
+        let column =
+            |of: &dyn Fn(&StudyRun) -> f64| ColumnValues::Numbers(runs.iter().map(of).collect());
         let place = |run: &StudyRun| DesignPoint::of(run.index, inputs);
         let mut block = vec![
-            Values::Words(runs.iter().map(failed).collect()),
+            ColumnValues::Words(runs.iter().map(failed).collect()),
             column(&|run| run.index as f64),
             column(&|run| place(run).row as f64),
             column(&|run| place(run).column as f64),
@@ -37,7 +40,7 @@ pub(crate) fn of_study<'a>(report: &StudySensitivityReport<'a>) -> Samples<'a> {
         }));
         block
     });
-    Samples::new(["failed".to_owned()], numbers, blocks)
+    BlockTable::new(["failed".to_owned()], numbers, blocks)
 }
 
 /// Names of the columns that say what a cell is.
@@ -71,14 +74,14 @@ fn cell_values(run: &StudyRun) -> impl Iterator<Item = f64> + '_ {
 }
 
 /// Placements of a grid: where, and what statics have of them.
-pub(crate) fn of_layout<'a>(report: &StudyLayoutReport<'a>) -> Samples<'a> {
+pub(crate) fn of_layout<'a>(report: &StudyLayoutReport<'a>) -> BlockTable<'a> {
     let names = ["x_m", "y_m", "z_m", "turn_rad", "incline_rad", "roll_rad"];
     let keys = WAY_FIGURES.iter().map(|of| of.figure.key);
     let columns: Vec<&str> = names.into_iter().chain(keys).chain(["share"]).collect();
     let limiting = report.task.allowed;
-    let blocks = report.grid.chunks(BLOCK).map(move |placed| {
-        let words = |of: &dyn Fn(&Placed) -> String| {
-            Values::Words(placed.iter().map(|placed| Cow::from(of(placed))).collect())
+    let blocks = report.grid.chunks(STUDY_BLOCK_ROWS).map(move |placed| {
+        let words = |of: &dyn Fn(&RatedPlacement) -> String| {
+            ColumnValues::Words(placed.iter().map(|placed| Cow::from(of(placed))).collect())
         };
         let mut block = vec![
             words(&|placed| {
@@ -90,7 +93,9 @@ pub(crate) fn of_layout<'a>(report: &StudyLayoutReport<'a>) -> Samples<'a> {
                 of.map_or(String::new(), |figure| WAY_FIGURES[figure].figure.key.to_owned())
             }),
         ];
-        let column = |of: &dyn Fn(&Placed) -> f64| Values::Numbers(placed.iter().map(of).collect());
+        let column = |of: &dyn Fn(&RatedPlacement) -> f64| {
+            ColumnValues::Numbers(placed.iter().map(of).collect())
+        };
         block.extend((0..6).map(|k| column(&|placed| numbers(&placed.placement)[k])));
         let value = |of: &dyn Fn(&PlacedPart) -> f64| {
             column(&|placed| placed.outcome.as_ref().map_or(f64::NAN, of))
@@ -99,5 +104,5 @@ pub(crate) fn of_layout<'a>(report: &StudyLayoutReport<'a>) -> Samples<'a> {
         block.push(value(&|of| of.limiting().share));
         block
     });
-    Samples::new(["out_of_reach", "limiting"], columns, blocks)
+    BlockTable::new(["out_of_reach", "limiting"], columns, blocks)
 }

@@ -3,12 +3,13 @@
 use super::requirement::{label, reason, shown, under};
 use super::{Scale, condensed, counted, digits, fixed, listed, score, share};
 use crate::{CertifiedWeld, CertifyReport, WeldPlan};
-use trueweld_evaluate::PHASES;
+use trueweld_evaluate::WELD_PHASES;
 use trueweld_evaluate::certify::{
     AcceptedFault, Evidence, EvidenceKind, FaultTrial, Reason, Requirement, SampledCell,
     Sensitivity, ShownKind, Trend, Trial, Verdict, WeakPoint,
 };
 use trueweld_evaluate::{Distribution, UncertainCell};
+use trueweld_measure::residuals::compare::NOISE_FLOOR_SCORE;
 
 /// The verdict in a sentence.
 pub(crate) fn headline(report: &CertifyReport<'_>) -> String {
@@ -409,7 +410,7 @@ pub(crate) fn not_asked(report: &CertifyReport<'_>) -> Vec<String> {
         (EvidenceKind::WorstCase, "The worst cell of the search is told; nothing limits it."),
     ];
     let cases = cases.into_iter().filter(|(case, _)| none(*case)).map(|(_, text)| text.to_owned());
-    let free: Vec<&str> = PHASES
+    let free: Vec<&str> = WELD_PHASES
         .into_iter()
         .filter(|phase| !all().any(|r| r.name.split_once('.').is_some_and(|(p, _)| p == *phase)))
         .collect();
@@ -498,16 +499,13 @@ pub(crate) fn measured(cell: &UncertainCell) -> Option<String> {
 /// does.
 pub(crate) fn not_explained(cell: &UncertainCell) -> Option<String> {
     let score = cell.posterior.as_ref()?.score;
-    (score > FLOOR).then(|| {
+    (score > NOISE_FLOOR_SCORE).then(|| {
         format!(
             "The model does not explain its logs: the error is {score:.2} times the noise. What is \
              missing in it is not in the draws."
         )
     })
 }
-
-/// Score up to which a model explains its logs, where their noise is estimated.
-const FLOOR: f64 = 1.1;
 
 /// What this stands on: simulation, a robot file, and what is taken as known; a sentence each.
 pub(crate) fn simulated(report: &CertifyReport<'_>) -> Vec<String> {

@@ -5,16 +5,16 @@ use super::{Scale, counted, digits, listed, score};
 use std::path::Path;
 use trueweld_measure::data::noise::Scatter;
 use trueweld_measure::residuals::compare::{
-    ChannelComparison, Comparison, FLOOR, LogComparison, Notice,
+    ChannelComparison, Comparison, LogComparison, NOISE_FLOOR_SCORE, Notice,
 };
 use trueweld_plant::effects::{Effect, Parameter};
 
 /// Findings that are told in words.
-pub(crate) const TOLD: usize = 3;
+pub(crate) const TOLD_FINDINGS: usize = 3;
 
 /// The result in a sentence or two.
 pub(crate) fn headline(comparison: &Comparison) -> String {
-    let worst = worst_channel(comparison).filter(|(_, channel)| channel.score > FLOOR);
+    let worst = worst_channel(comparison).filter(|(_, channel)| channel.score > NOISE_FLOOR_SCORE);
     let which = worst.map_or(String::new(), |(log, channel)| {
         format!(
             " Worst: {} of {}, {} RMS, {} times its noise.",
@@ -24,7 +24,7 @@ pub(crate) fn headline(comparison: &Comparison) -> String {
             score(channel.score)
         )
     });
-    let verdict = match (comparison.score <= FLOOR, worst) {
+    let verdict = match (comparison.score <= NOISE_FLOOR_SCORE, worst) {
         (true, None) => "is as good as these measurements can tell",
         (true, Some(_)) => "is near the noise floor on the whole, but not everywhere",
         (false, _) => "is off by more than the noise: something in it is missing or wrong",

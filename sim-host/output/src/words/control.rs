@@ -22,12 +22,12 @@ pub fn control_toml(report: &TuneReport<'_>) -> String {
 
 /// Lines of a comment that fit.
 fn wrapped(line: &str) -> Vec<String> {
-    const WIDTH: usize = 130;
+    const COMMENT_WIDTH: usize = 130;
     let mut lines = vec![String::new()];
     for word in line.split(' ') {
         match lines.last_mut() {
             Some(last) if last.is_empty() => last.push_str(word),
-            Some(last) if last.chars().count() + 1 + word.chars().count() <= WIDTH => {
+            Some(last) if last.chars().count() + 1 + word.chars().count() <= COMMENT_WIDTH => {
                 last.push(' ');
                 last.push_str(word);
             }

@@ -1,12 +1,12 @@
 //! What the curve of an effect shows.
 
 use super::finding::{direction, series};
-use trueweld_measure::diagnose::evidence::{Axis, EffectCurve, Ordinate};
+use trueweld_measure::diagnose::evidence::{Abscissa, EffectCurve, Ordinate};
 
 /// What is shown.
 pub(crate) fn title(curve: &EffectCurve, joints: &[String]) -> String {
     let over = match curve.x {
-        Axis::SpindleOrder => "the spindle's orders".to_owned(),
+        Abscissa::SpindleOrder => "the spindle's orders".to_owned(),
         _ => x_name(curve, joints),
     };
     format!("{} over {over}", y_name(curve, joints))
@@ -15,21 +15,21 @@ pub(crate) fn title(curve: &EffectCurve, joints: &[String]) -> String {
 /// Name of the variable.
 pub(crate) fn x_name(curve: &EffectCurve, joints: &[String]) -> String {
     match curve.x {
-        Axis::Time | Axis::TimeTo(_) => "time from the start of the log".to_owned(),
-        Axis::SpringTorque(j) => format!("spring torque of {}", joints[j]),
-        Axis::Angle(j) => format!("angle of {}", joints[j]),
-        Axis::Phase(j, order) => {
+        Abscissa::Time | Abscissa::TimeTo(_) => "time from the start of the log".to_owned(),
+        Abscissa::SpringTorque(j) => format!("spring torque of {}", joints[j]),
+        Abscissa::Angle(j) => format!("angle of {}", joints[j]),
+        Abscissa::Phase(j, order) => {
             format!("angle of {} within one of {order:.1} periods a turn", joints[j])
         }
-        Axis::Rate(j) => format!("rate of {}", joints[j]),
-        Axis::Path => "path position".to_owned(),
-        Axis::Feed => "feed".to_owned(),
-        Axis::AxialForce => "axial force F_z on the tool".to_owned(),
-        Axis::PushBySpindle => "push on the tool, signed as the spindle turns".to_owned(),
-        Axis::Load => "force on the tool".to_owned(),
-        Axis::ToolSpeed => "speed of the tool".to_owned(),
-        Axis::Tool(i) => format!("{} of the tool in the base frame", direction(i as u8)),
-        Axis::SpindleOrder => "order of the spindle".to_owned(),
+        Abscissa::Rate(j) => format!("rate of {}", joints[j]),
+        Abscissa::Path => "path position".to_owned(),
+        Abscissa::Feed => "feed".to_owned(),
+        Abscissa::AxialForce => "axial force F_z on the tool".to_owned(),
+        Abscissa::PushBySpindle => "push on the tool, signed as the spindle turns".to_owned(),
+        Abscissa::Load => "force on the tool".to_owned(),
+        Abscissa::ToolSpeed => "speed of the tool".to_owned(),
+        Abscissa::Tool(i) => format!("{} of the tool in the base frame", direction(i as u8)),
+        Abscissa::SpindleOrder => "order of the spindle".to_owned(),
     }
 }
 

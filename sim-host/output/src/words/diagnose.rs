@@ -7,22 +7,23 @@ use super::{
 };
 use crate::DiagnoseReport;
 use trueweld_measure::diagnose::{
-    Candidate, Confusable, Diagnosis, FittedEffect, Limit, Mountings, Reason, Undone, Verdict,
+    Candidate, Confusable, Diagnosis, DiagnosisVerdict, EffectLimit, ExplanationReason,
+    FittedEffect, Incomplete, Mountings,
 };
 use trueweld_measure::experiment::TOLD_APART;
-use trueweld_measure::residuals::compare::{FLOOR, LogComparison};
+use trueweld_measure::residuals::compare::{LogComparison, NOISE_FLOOR_SCORE};
 use trueweld_measure::residuals::localize::{Finding, foremost};
 use trueweld_plant::effects::{Action, Effect, EffectKind, Location, Parameter};
 use trueweld_plant::input::{ModelFile, RobotFile, unit_suffix};
 
 /// Held-out score from which on an explanation is said not to be the end of it.
-const FAR: f64 = 1.5;
+const INCOMPLETE_SCORE: f64 = 1.5;
 
 /// Score after over score before from which down a calibration is the finding.
 const FALL: f64 = 0.95;
 
 /// Calibrations that are named in a sentence.
-pub(super) const NAMED: usize = 3;
+pub(super) const NAMED_CALIBRATIONS_MAX: usize = 3;
 
 /// Findings of what remains that are told.
 pub(crate) const REMAINS: usize = 5;
@@ -106,8 +107,8 @@ pub(super) fn calibrations(found: &[FittedEffect], robot: &RobotFile) -> String 
     }
     let of_logs = names.into_iter();
     told.extend(of_logs.map(|(name, count)| format!("{name} in {}", counted(count, "log"))));
-    if told.len() > NAMED {
-        let more = told.split_off(NAMED).len();
+    if told.len() > NAMED_CALIBRATIONS_MAX {
+        let more = told.split_off(NAMED_CALIBRATIONS_MAX).len();
         told.push(format!("{more} more"));
     }
     listed(&told, "and")
@@ -127,13 +128,14 @@ pub(super) fn implausible(found: &[FittedEffect], robot: &RobotFile) -> String {
 /// What the logs fix of how links are mounted, in a line.
 pub(crate) fn mountings(all: &Mountings, robot: &RobotFile) -> String {
     let best = all.fixed.first().map_or(String::new(), |best| {
-        let terms = best.terms.iter().take(NAMED).map(|(at, parameter, weight)| {
-            let joint = match at {
-                Location::Joint(joint) => robot.joint_names[*joint].as_str(),
-                _ => "",
-            };
-            format!("{} {joint} {parameter}", fixed(*weight, 2))
-        });
+        let terms =
+            best.terms.iter().take(NAMED_CALIBRATIONS_MAX).map(|(at, parameter, weight)| {
+                let joint = match at {
+                    Location::Joint(joint) => robot.joint_names[*joint].as_str(),
+                    _ => "",
+                };
+                format!("{} {joint} {parameter}", fixed(*weight, 2))
+            });
         let terms = terms.collect::<Vec<_>>().join(", ");
         format!("; best known, to {} of what was expected: {terms}, …", share(best.deviation))
     });
@@ -164,14 +166,15 @@ fn found(diagnosis: &Diagnosis, best: &Candidate, robot: &RobotFile) -> String {
 /// True where the time was up before every effect had its chance: that none explains says nothing
 /// then.
 pub(super) fn is_cut_short(diagnosis: &Diagnosis) -> bool {
-    let never_tried = |undone: &Undone| matches!(undone, Undone::Search | Undone::Fits(_));
-    diagnosis.undone.iter().any(never_tried)
+    let never_tried =
+        |undone: &Incomplete| matches!(undone, Incomplete::Search | Incomplete::Fits(_));
+    diagnosis.incomplete.iter().any(never_tried)
 }
 
 /// The finding in a sentence or two, of whatever kind it is; `next`: what to record next, in a sentence.
 pub(crate) fn verdict(
     diagnosis: &Diagnosis,
-    verdict: Verdict,
+    verdict: DiagnosisVerdict,
     robot: &RobotFile,
     next: Option<&str>,
 ) -> String {
@@ -179,7 +182,7 @@ pub(crate) fn verdict(
     let best = diagnosis.candidates.first();
     // What the calibrations do, where they are the finding: without what explains the rest in part.
     let alone = if diagnosis.chosen.is_empty() { &diagnosis.improved } else { &diagnosis.null };
-    let after = trueweld_measure::diagnose::score(&alone.at);
+    let after = trueweld_measure::diagnose::score(&alone.residuals);
     let off = calibrations(&diagnosis.calibration, robot);
     let calibrated = (!off.is_empty() && after < FALL * diagnosis.score_before).then(|| {
         format!(
@@ -203,7 +206,7 @@ pub(crate) fn verdict(
         })
     };
     match (verdict, best, calibrated) {
-        (Verdict::EffectFound, Some(best), _) if !best.indistinguishable.is_empty() => {
+        (DiagnosisVerdict::EffectFound, Some(best), _) if !best.indistinguishable.is_empty() => {
             let record = next.map_or(String::new(), |next| format!(" {next}"));
             format!(
                 "Something is missing (score {before}), and these logs cannot separate {}: each brings the score to {} where it was \
@@ -212,8 +215,8 @@ pub(crate) fn verdict(
                 score(best.held_out_after)
             )
         }
-        (Verdict::EffectFound, Some(best), _) => {
-            let far = best.held_out_after > FAR;
+        (DiagnosisVerdict::EffectFound, Some(best), _) => {
+            let far = best.held_out_after > INCOMPLETE_SCORE;
             let far = if far { ", which is still far above the noise floor" } else { "" };
             format!("{}{far}.", found(diagnosis, best, robot))
         }
@@ -224,15 +227,17 @@ pub(crate) fn verdict(
                 "The time was up before every effect was tried: what is missing cannot be told yet (score {before}).{calibrated}"
             )
         }
-        (Verdict::UnknownEffect, _, Some(calibrated)) => {
+        (DiagnosisVerdict::UnknownEffect, _, Some(calibrated)) => {
             let left = "What is left no effect here explains";
             format!("{calibrated}. {left}: {}.{}", follows(), partial())
         }
-        (Verdict::UnknownEffect, ..) if diagnosis.score_before <= FLOOR => format!(
-            "The error is at the noise floor on the whole (score {before}), but not everywhere: {}. No effect here explains that.",
-            follows()
-        ),
-        (Verdict::UnknownEffect, ..) => format!(
+        (DiagnosisVerdict::UnknownEffect, ..) if diagnosis.score_before <= NOISE_FLOOR_SCORE => {
+            format!(
+                "The error is at the noise floor on the whole (score {before}), but not everywhere: {}. No effect here explains that.",
+                follows()
+            )
+        }
+        (DiagnosisVerdict::UnknownEffect, ..) => format!(
             "Something is missing that no effect here explains (score {before}); {}.{}",
             follows(),
             partial()
@@ -240,7 +245,7 @@ pub(crate) fn verdict(
         (_, _, Some(calibrated)) => format!(
             "{calibrated}; beside it no effect lowers the error where it was not fitted by more than chance would."
         ),
-        _ if diagnosis.score_before <= FLOOR => format!(
+        _ if diagnosis.score_before <= NOISE_FLOOR_SCORE => format!(
             "Nothing is missing above the noise floor (score {before}): no effect lowers the error where it was not fitted by more \
              than chance would."
         ),
@@ -255,7 +260,7 @@ pub(crate) fn verdict(
 impl DiagnoseReport<'_> {
     /// The verdict in a sentence or two.
     pub(crate) fn headline(&self) -> String {
-        let next = self.account.next_experiment.as_ref().map(|plan| {
+        let next = self.explanation.next_experiment.as_ref().map(|plan| {
             if plan.separation < TOLD_APART {
                 return "No experiment that the logs show to be possible tells them apart."
                     .to_owned();
@@ -292,15 +297,15 @@ impl DiagnoseReport<'_> {
 
     /// Why the best explanation is believed; none where nothing is missing, or where it explains
     /// next to nothing.
-    pub(crate) fn reason(&self) -> Option<&Reason> {
+    pub(crate) fn reason(&self) -> Option<&ExplanationReason> {
         let best = self.diagnosis.candidates.first()?;
         let told = self.discovered.is_empty()
             && match self.diagnosis.verdict {
-                Verdict::Adequate => false,
-                Verdict::EffectFound => best.explains(),
-                Verdict::UnknownEffect => best.explains() && best.is_likely(),
+                DiagnosisVerdict::Adequate => false,
+                DiagnosisVerdict::EffectFound => best.explains(),
+                DiagnosisVerdict::UnknownEffect => best.explains() && best.is_likely(),
             };
-        self.account.reasons.first().filter(|_| told)
+        self.explanation.reasons.first().filter(|_| told)
     }
 
     /// The same in words.
@@ -314,7 +319,7 @@ impl DiagnoseReport<'_> {
 
     /// Score of the logs with the best explanation and the calibrations that count.
     pub(crate) fn score_after(&self) -> f64 {
-        trueweld_measure::diagnose::score(&self.diagnosis.improved.at)
+        trueweld_measure::diagnose::score(&self.diagnosis.improved.residuals)
     }
 
     /// Name of a log.
@@ -344,7 +349,7 @@ pub(crate) struct Limits {
 
 /// Detection limits, a line a kind, in the order of the library; places in the order of the robot.
 pub(crate) fn limits(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<Limits> {
-    let mut all: Vec<&Limit> =
+    let mut all: Vec<&EffectLimit> =
         diagnosis.limits.iter().filter(|limit| limit.value.is_finite()).collect();
     let place = |at: Location| match at {
         Location::Joint(joint) => joint,
@@ -401,24 +406,26 @@ pub(crate) const CURVES: &str = "The curve that shows it: points are what the me
      with standard errors, whatever the form of the effect";
 
 /// Above what is left undone.
-pub(crate) const UNDONE: &str = "Left undone";
+pub(crate) const INCOMPLETE_HEADING: &str = "Left undone";
 
 /// What there was no time for, and fits that did not arrive, a sentence each.
-pub(crate) fn undone(all: &[Undone], robot: &RobotFile) -> Vec<String> {
-    let sentence = |undone: &Undone| match undone {
-        Undone::Search => "Not every effect was looked for: the time was up.".to_owned(),
-        Undone::Fits(1) => "The fit of a likely effect was left out: the time was up.".to_owned(),
-        Undone::Fits(count) => {
+pub(crate) fn undone(all: &[Incomplete], robot: &RobotFile) -> Vec<String> {
+    let sentence = |undone: &Incomplete| match undone {
+        Incomplete::Search => "Not every effect was looked for: the time was up.".to_owned(),
+        Incomplete::Fits(1) => {
+            "The fit of a likely effect was left out: the time was up.".to_owned()
+        }
+        Incomplete::Fits(count) => {
             format!("{count} fits of likely effects were left out: the time was up.")
         }
-        Undone::Further => {
+        Incomplete::Further => {
             "No further effect was looked for, though something is left: the time was up."
                 .to_owned()
         }
-        Undone::Outside => {
+        Incomplete::Outside => {
             "Outside the library nothing was looked for: the time was up.".to_owned()
         }
-        Undone::Arrival(effects) => {
+        Incomplete::Arrival(effects) => {
             let names: Vec<String> = effects.iter().map(|e| e.name(robot)).collect();
             let of = if names.is_empty() {
                 "the calibrations".to_owned()
@@ -444,12 +451,12 @@ mod tests {
 
     #[test]
     fn abstaining_has_three_sentences_and_a_finding_has_its_value() {
-        let found = sample::diagnosis(Verdict::EffectFound).diagnosed().headline();
+        let found = sample::diagnosis(DiagnosisVerdict::EffectFound).diagnosed().headline();
         assert!(
             found.starts_with("What is missing: backlash at A5 (half gap 0.2400 ± 0.0020 mrad)"),
             "{found}"
         );
-        let mut parts = sample::diagnosis(Verdict::Adequate);
+        let mut parts = sample::diagnosis(DiagnosisVerdict::Adequate);
         let calibration = parts.diagnosed().headline();
         let expected = "The calibration is off: encoder-offset at A5 in 1 log. With it the score falls from 3.79 to 1.02; beside it";
         assert!(calibration.starts_with(expected), "{calibration}");
@@ -463,7 +470,7 @@ mod tests {
         let expected = "Nothing is missing above the noise floor (score 1.02)";
         assert!(adequate.starts_with(expected), "{adequate}");
         parts.diagnosis.score_before = 3.79;
-        parts.diagnosis.verdict = Verdict::UnknownEffect;
+        parts.diagnosis.verdict = DiagnosisVerdict::UnknownEffect;
         // What leaves something that stands out is named as part of the answer, and not as the answer.
         let at_floor = parts.diagnosed().headline();
         let expected = "Something is missing that no effect here explains (score 3.79); it follows";
@@ -501,9 +508,9 @@ mod tests {
                 .contains("The best partial explanation, backlash at A5, brings the score to 2.50"),
             "{partly}"
         );
-        parts.diagnosis.verdict = Verdict::EffectFound;
+        parts.diagnosis.verdict = DiagnosisVerdict::EffectFound;
         parts.diagnosis.candidates[0].indistinguishable = vec![1];
-        parts.account.next_experiment = Some(sample::plan());
+        parts.explanation.next_experiment = Some(sample::plan());
         let tied = parts.diagnosed().headline();
         assert!(tied.contains("these logs cannot separate backlash at A5 ("), "{tied}");
         assert!(
@@ -525,7 +532,7 @@ mod tests {
 
     #[test]
     fn what_logs_do_not_bound_is_said_and_not_written_as_a_number() {
-        let parts = sample::diagnosis(Verdict::EffectFound);
+        let parts = sample::diagnosis(DiagnosisVerdict::EffectFound);
         let loop_ = &parts.diagnosis.candidates[1].effects[0];
         assert_eq!(value(loop_, 0), "310 N·m, hardly bounded by these logs");
         assert_eq!(values(loop_)[1].0, "twist");
@@ -533,7 +540,7 @@ mod tests {
 
     #[test]
     fn limits_stand_in_the_order_of_the_joints() {
-        let parts = sample::diagnosis(Verdict::Adequate);
+        let parts = sample::diagnosis(DiagnosisVerdict::Adequate);
         let limits = limits(&parts.diagnosis, &parts.model.robot);
         assert_eq!(limits.len(), 1);
         let expected = [("A1", "0.00530"), ("A5", "0.00530")]

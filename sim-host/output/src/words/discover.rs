@@ -108,14 +108,14 @@ pub(crate) fn law(hypothesis: &Hypothesis, robot: &RobotFile) -> String {
 }
 
 /// Laws that are named in a sentence.
-const NAMED: usize = 2;
+const NAMED_LAWS_MAX: usize = 2;
 
 /// The finding in a sentence.
 pub(crate) fn headline(all: &[Discovery], robot: &RobotFile) -> String {
     let laws: Vec<String> = all.iter().map(|d| law(&d.hypothesis, robot)).collect();
     let laws = listed(&laws, "and");
     match all.iter().all(|d| d.beside) {
-        true if all.len() > NAMED => {
+        true if all.len() > NAMED_LAWS_MAX => {
             format!(
                 "Beside what the library explains the logs ask for {} laws outside it.",
                 all.len()
@@ -267,4 +267,5 @@ pub(crate) const CURVE: &str = "The law that was found outside the library: poin
      measurements ask for, with standard errors, the band is of 95 %";
 
 /// Above what of it the library's nearest does not make.
-pub(crate) const DIFFERENCE: &str = "What the library's nearest effect leaves of the curve";
+pub(crate) const NEAREST_EFFECT_HEADING: &str =
+    "What the library's nearest effect leaves of the curve";

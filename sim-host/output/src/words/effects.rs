@@ -3,7 +3,7 @@
 
 use super::{Scale, fixed, listed, probability, score, score_change};
 use trueweld_measure::data::log::LogKind;
-use trueweld_measure::diagnose::{Candidate, FittedEffect, Reason};
+use trueweld_measure::diagnose::{Candidate, ExplanationReason, FittedEffect};
 use trueweld_plant::effects::Location;
 use trueweld_plant::input::RobotFile;
 use trueweld_plant::robot::Channel;
@@ -13,7 +13,7 @@ use trueweld_plant::robot::Channel;
 pub(crate) fn explanation(
     candidate: &Candidate,
     all: &[Candidate],
-    reason: &Reason,
+    reason: &ExplanationReason,
     robot: &RobotFile,
 ) -> String {
     let found: Vec<String> = candidate.effects.iter().map(|f| statement(f, robot)).collect();
@@ -165,7 +165,7 @@ fn instrument(at: Location) -> &'static str {
 mod tests {
     use super::*;
     use crate::sample;
-    use trueweld_measure::diagnose::Verdict;
+    use trueweld_measure::diagnose::DiagnosisVerdict;
     use trueweld_plant::effects::{Effect, EffectKind, Role, library};
 
     fn found(kind: &'static EffectKind, values: Vec<f64>) -> FittedEffect {
@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn every_effect_of_the_library_has_a_sentence_that_can_be_filled_in() {
-        let robot = sample::diagnosis(Verdict::Adequate).model.robot;
+        let robot = sample::diagnosis(DiagnosisVerdict::Adequate).model.robot;
         for (kind, sign) in library().flat_map(|kind| [(kind, 1.0), (kind, -1.0)]) {
             let value = |role: Role| match role {
                 Role::Size { step, neutral } => neutral + sign * step,
@@ -191,7 +191,7 @@ mod tests {
 
     #[test]
     fn a_sentence_says_which_way_and_how_much() {
-        let robot = sample::diagnosis(Verdict::Adequate).model.robot;
+        let robot = sample::diagnosis(DiagnosisVerdict::Adequate).model.robot;
         let said = |id: &str, values: &[f64]| {
             statement(&found(EffectKind::of(id).unwrap(), values.to_vec()), &robot)
         };
@@ -212,10 +212,10 @@ mod tests {
 
     #[test]
     fn an_explanation_names_what_it_improves_and_what_explains_the_data_as_well() {
-        let mut parts = sample::diagnosis(Verdict::EffectFound);
+        let mut parts = sample::diagnosis(DiagnosisVerdict::EffectFound);
         parts.diagnosis.candidates[0].indistinguishable = vec![1];
         let all = &parts.diagnosis.candidates;
-        let text = explanation(&all[0], all, &parts.account.reasons[0], &parts.model.robot);
+        let text = explanation(&all[0], all, &parts.explanation.reasons[0], &parts.model.robot);
         for part in [
             "A5 has a backlash with a half gap of 0.2400 ± 0.0020 mrad, which lowers the error of",
             "the score falls from 3.79 to 1.01 (probability 98 %)",

@@ -4,16 +4,17 @@
 use trueweld_core::JOINTS;
 use trueweld_measure::data::log::LogKind;
 use trueweld_measure::experiment::{
-    Changed, DWELL, Excitation, FALLS, PEAK, Plan, PlanRow, Procedure, RINGS, TOLD_APART,
+    Changed, Excitation, PEAK, PROCEDURE_DWELL, Plan, PlanRow, Procedure, STOP_BRAKE_ONSET,
+    STOP_RECORDING_TIME, TOLD_APART,
 };
 
-const AXES: [&str; 3] = ["x", "y", "z"];
+const AXIS_LETTERS: [&str; 3] = ["x", "y", "z"];
 
 /// Separation beyond which a number says no more: by then something else limits what can be told.
 const MOST_SAID: f64 = 50.0;
 
 /// Postures on whole steps of this are named in whole degrees.
-const STEP: f64 = 5.0;
+const POSTURE_ROUNDING_DEGREES: f64 = 5.0;
 
 /// One line that says what is done.
 pub(crate) fn title(plan: &Plan) -> String {
@@ -90,7 +91,7 @@ pub fn experiment_protocol(plan: &Plan, model: &str, weld: &str) -> String {
             let mut rates = [0.0; JOINTS];
             rates[*joint] = *rate;
             text += &format!(
-                "posture_deg = {}\nrate_deg_s = {}\nlength_s = {RINGS:?}\n",
+                "posture_deg = {}\nrate_deg_s = {}\nlength_s = {STOP_RECORDING_TIME:?}\n",
                 degrees(at.as_slice()),
                 degrees(&rates)
             );
@@ -99,7 +100,7 @@ pub fn experiment_protocol(plan: &Plan, model: &str, weld: &str) -> String {
             text += &format!("posture_deg = {}\n", degrees(at.as_slice()));
             for pair in plan.rows.windows(2).filter(|pair| pair[0].encoder != pair[1].encoder) {
                 text += &format!(
-                    "\n[[log.waypoint]]\nposture_deg = {}\ntakes_s = {:?}\ndwell_s = {DWELL:?}\n",
+                    "\n[[log.waypoint]]\nposture_deg = {}\ntakes_s = {:?}\ndwell_s = {PROCEDURE_DWELL:?}\n",
                     degrees(&pair[1].encoder),
                     rounded(pair[1].time - pair[0].time)
                 );
@@ -133,10 +134,10 @@ pub(crate) fn steps(plan: &Plan) -> Vec<String> {
             let way = match how {
                 Excitation::Hung => format!("Hang weights on the flange, {}", centre(plan)),
                 Excitation::Pressed(axis) => {
-                    format!("Press on the tool centre point along {} of T", AXES[*axis])
+                    format!("Press on the tool centre point along {} of T", AXIS_LETTERS[*axis])
                 }
                 Excitation::Turned(axis) => {
-                    format!("Apply a moment to the tool about {} of T", AXES[*axis])
+                    format!("Apply a moment to the tool about {} of T", AXIS_LETTERS[*axis])
                 }
             };
             let (load, unit) = load(*how);
@@ -181,7 +182,7 @@ pub(crate) fn steps(plan: &Plan) -> Vec<String> {
                 ),
                 format!("Run {name} alone at {speed} a second and let its brake fall there."),
                 format!(
-                    "Record from {FALLS} s before the brake falls, for {RINGS} s, at {rate}: {record}."
+                    "Record from {STOP_BRAKE_ONSET} s before the brake falls, for {STOP_RECORDING_TIME} s, at {rate}: {record}."
                 ),
                 "Repeat once; keep both logs.".to_owned(),
             ]
@@ -193,7 +194,7 @@ pub(crate) fn steps(plan: &Plan) -> Vec<String> {
             steps.extend(takes.iter().map(|takes| {
                 let peak = degrees((to - from).abs() / takes * PEAK, 1);
                 format!(
-                    "Move {} alone from {} to {} in {takes:.1} s (smoothly, peak {} a second), rest {DWELL} s, and back in the same time, rest {DWELL} s.",
+                    "Move {} alone from {} to {} in {takes:.1} s (smoothly, peak {} a second), rest {PROCEDURE_DWELL} s, and back in the same time, rest {PROCEDURE_DWELL} s.",
                     name(*joint),
                     degrees(from, 0),
                     degrees(to, 0),
@@ -201,7 +202,7 @@ pub(crate) fn steps(plan: &Plan) -> Vec<String> {
                 )
             }));
             steps.push(format!(
-                "Record all of it, with {DWELL} s of rest before, at {rate}: {record}."
+                "Record all of it, with {PROCEDURE_DWELL} s of rest before, at {rate}: {record}."
             ));
             steps
         }
@@ -313,7 +314,8 @@ fn degrees(angle: f64, digits: usize) -> String {
 fn posture(plan: &Plan) -> String {
     let q = plan.rows.first().map_or([0.0; JOINTS], |r| r.encoder);
     let one = |(name, q): (&String, f64)| {
-        let off = (q.to_degrees() / STEP).round() * STEP - q.to_degrees();
+        let off = (q.to_degrees() / POSTURE_ROUNDING_DEGREES).round() * POSTURE_ROUNDING_DEGREES
+            - q.to_degrees();
         format!("{name} {}", degrees(q, usize::from(off.to_radians().abs() > 1e-3)))
     };
     plan.log.robot.joint_names.iter().zip(q).map(one).collect::<Vec<_>>().join(", ")
@@ -348,8 +350,10 @@ fn largest(plan: &Plan) -> String {
     let most = plan.rows.iter().map(|r| load(r).abs()).fold(0.0, f64::max);
     match how {
         Excitation::Hung => format!("{most:.0} kg on the flange"),
-        Excitation::Pressed(axis) => format!("{:.1} kN along {} of T", most * 1e-3, AXES[axis]),
-        Excitation::Turned(axis) => format!("{most:.0} N·m about {} of T", AXES[axis]),
+        Excitation::Pressed(axis) => {
+            format!("{:.1} kN along {} of T", most * 1e-3, AXIS_LETTERS[axis])
+        }
+        Excitation::Turned(axis) => format!("{most:.0} N·m about {} of T", AXIS_LETTERS[axis]),
     }
 }
 

@@ -1,50 +1,50 @@
 //! What is said of a residual that follows a condition.
 
 use super::{Scale, listed, share};
-use trueweld_measure::predict::Quantity;
+use trueweld_measure::predict::ComparedQuantity;
 use trueweld_measure::residuals::localize::{
-    ARRANGEMENTS, Category, Finding, ResidualMap, Statistic, Variable,
+    ARRANGEMENTS, Category, Finding, ResidualMap, RowCondition, Statistic,
 };
 
 /// The name of a condition.
-pub(crate) fn variable(variable: Variable, joints: &[String]) -> String {
+pub(crate) fn variable(variable: RowCondition, joints: &[String]) -> String {
     match variable {
-        Variable::Time => "time".to_owned(),
-        Variable::Angle(j) => format!("{} angle", joints[j]),
-        Variable::Wave { joint, order } => {
+        RowCondition::Time => "time".to_owned(),
+        RowCondition::Angle(j) => format!("{} angle", joints[j]),
+        RowCondition::Wave { joint, order } => {
             format!("{} angle, {order} periods a turn", joints[joint])
         }
-        Variable::Rate(j) => format!("{} rate", joints[j]),
-        Variable::Acceleration(j) => format!("{} acceleration", joints[j]),
-        Variable::Motion(j) => format!("direction of {}'s motion", joints[j]),
-        Variable::SpringTorque(j) => format!("{} spring torque", joints[j]),
-        Variable::SpringSign(j) => format!("sign of {}'s spring torque", joints[j]),
-        Variable::SpringTendency(j) => format!("tendency of {}'s spring torque", joints[j]),
-        Variable::Payload => "payload".to_owned(),
-        Variable::Load => "load on the tool".to_owned(),
-        Variable::LoadTendency => "tendency of the load".to_owned(),
-        Variable::Path => "path position".to_owned(),
-        Variable::Log => "log".to_owned(),
-        Variable::Joint => "joint".to_owned(),
-        Variable::Direction => "Cartesian direction".to_owned(),
-        Variable::SpindleOrder => "spindle order".to_owned(),
-        Variable::Offset => "constant offset".to_owned(),
-        Variable::Frequency => "frequency".to_owned(),
+        RowCondition::Rate(j) => format!("{} rate", joints[j]),
+        RowCondition::Acceleration(j) => format!("{} acceleration", joints[j]),
+        RowCondition::Motion(j) => format!("direction of {}'s motion", joints[j]),
+        RowCondition::SpringTorque(j) => format!("{} spring torque", joints[j]),
+        RowCondition::SpringSign(j) => format!("sign of {}'s spring torque", joints[j]),
+        RowCondition::SpringTendency(j) => format!("tendency of {}'s spring torque", joints[j]),
+        RowCondition::Payload => "payload".to_owned(),
+        RowCondition::Load => "load on the tool".to_owned(),
+        RowCondition::LoadTendency => "tendency of the load".to_owned(),
+        RowCondition::Path => "path position".to_owned(),
+        RowCondition::Log => "log".to_owned(),
+        RowCondition::Joint => "joint".to_owned(),
+        RowCondition::Direction => "Cartesian direction".to_owned(),
+        RowCondition::SpindleOrder => "spindle order".to_owned(),
+        RowCondition::Offset => "constant offset".to_owned(),
+        RowCondition::Frequency => "frequency".to_owned(),
     }
 }
 
 /// A condition as it stands in a sentence: with its article, or as the joint's own.
-pub(crate) fn article(condition: Variable, joints: &[String]) -> String {
+pub(crate) fn article(condition: RowCondition, joints: &[String]) -> String {
     let name = variable(condition, joints);
     match condition {
-        Variable::Offset => format!("a {name}"),
-        Variable::Log => "which log it is".to_owned(),
-        Variable::Frequency => name,
-        Variable::Angle(j)
-        | Variable::Wave { joint: j, .. }
-        | Variable::Rate(j)
-        | Variable::Acceleration(j)
-        | Variable::SpringTorque(j) => {
+        RowCondition::Offset => format!("a {name}"),
+        RowCondition::Log => "which log it is".to_owned(),
+        RowCondition::Frequency => name,
+        RowCondition::Angle(j)
+        | RowCondition::Wave { joint: j, .. }
+        | RowCondition::Rate(j)
+        | RowCondition::Acceleration(j)
+        | RowCondition::SpringTorque(j) => {
             let joint = &joints[j];
             format!("{joint}'s{}", &name[joint.len()..])
         }
@@ -76,10 +76,12 @@ pub(crate) fn direction(component: u8) -> &'static str {
 }
 
 /// What people call a compared series of a channel.
-pub(crate) fn series(quantity: Quantity, column: u8, joints: &[String]) -> String {
+pub(crate) fn series(quantity: ComparedQuantity, column: u8, joints: &[String]) -> String {
     match quantity {
-        Quantity::LinkEncoder | Quantity::MotorTorque => joints[usize::from(column)].clone(),
-        Quantity::Ripple { order, sine } => {
+        ComparedQuantity::LinkEncoder | ComparedQuantity::MotorTorque => {
+            joints[usize::from(column)].clone()
+        }
+        ComparedQuantity::Ripple { order, sine } => {
             let part = if sine { "sine" } else { "cosine" };
             format!("{}, spindle order {order}, {part}", direction(column))
         }
@@ -90,7 +92,7 @@ pub(crate) fn series(quantity: Quantity, column: u8, joints: &[String]) -> Strin
 /// Name of the abscissa of a finding's curve.
 pub(crate) fn x_name(finding: &Finding) -> String {
     match finding.variable {
-        Variable::Offset => "column".to_owned(),
+        RowCondition::Offset => "column".to_owned(),
         condition => variable(condition, &finding.joints),
     }
 }
@@ -98,7 +100,7 @@ pub(crate) fn x_name(finding: &Finding) -> String {
 /// Name of the ordinate of a finding's curve, with the series that is drawn.
 pub(crate) fn y_name(finding: &Finding) -> String {
     let drawn = match (finding.variable, finding.how) {
-        (Variable::Frequency, _) => "squared residual over that of white noise",
+        (RowCondition::Frequency, _) => "squared residual over that of white noise",
         (_, Statistic::Mean) => "mean residual",
         (_, Statistic::Size) => "root mean square of the residual",
     };
@@ -121,7 +123,7 @@ pub(crate) fn sentence(finding: &Finding) -> String {
     };
     let explained = share(finding.share);
     let said = match (finding.variable, how) {
-        (Variable::Offset, _) => {
+        (RowCondition::Offset, _) => {
             let column = finding.category.map(|c| category(c, finding)).unwrap_or_default();
             let y = worst(finding).map_or(String::new(), |y| format!(": {y} in {column}"));
             return format!(
@@ -134,7 +136,7 @@ pub(crate) fn sentence(finding: &Finding) -> String {
                 article(finding.variable, joints)
             )
         }
-        (Variable::Frequency, Statistic::Size) => {
+        (RowCondition::Frequency, Statistic::Size) => {
             let [low, high] = [finding.low, finding.high].map(|f| Scale::small("Hz").number(f));
             let [noise, there] = [finding.samples_there, finding.share_there].map(share);
             return format!(
@@ -186,16 +188,16 @@ fn place(finding: &Finding) -> String {
     if let Some(found) = finding.category {
         let name = category(found, finding);
         return match (finding.variable, found) {
-            (Variable::Log | Variable::Joint, _) => format!("in {name}"),
-            (Variable::Direction, _) => format!("along {name}"),
+            (RowCondition::Log | RowCondition::Joint, _) => format!("in {name}"),
+            (RowCondition::Direction, _) => format!("along {name}"),
             (_, Category::SpindleOrder(0)) => "below the spindle's frequency".to_owned(),
-            (Variable::SpindleOrder, _) => format!("at the spindle's {name}"),
-            (Variable::Motion(j), Category::AtRest) => format!("while {} is at rest", joint(j)),
-            (Variable::Motion(j), _) => format!("while {} moves in the {name} sense", joint(j)),
-            (Variable::SpringTendency(j), _) => {
+            (RowCondition::SpindleOrder, _) => format!("at the spindle's {name}"),
+            (RowCondition::Motion(j), Category::AtRest) => format!("while {} is at rest", joint(j)),
+            (RowCondition::Motion(j), _) => format!("while {} moves in the {name} sense", joint(j)),
+            (RowCondition::SpringTendency(j), _) => {
                 format!("while {}'s spring torque is {name}", joint(j))
             }
-            (Variable::LoadTendency, _) => format!("while the load is {name}"),
+            (RowCondition::LoadTendency, _) => format!("while the load is {name}"),
             _ => format!("where {condition} is {name}"),
         };
     }
@@ -203,7 +205,7 @@ fn place(finding: &Finding) -> String {
     let range =
         scale.with_unit(format!("{} to {}", scale.number(finding.low), scale.number(finding.high)));
     match finding.variable {
-        Variable::Wave { .. } => format!("at a phase of {range}"),
+        RowCondition::Wave { .. } => format!("at a phase of {range}"),
         _ => format!("where {condition} is {range}"),
     }
 }
@@ -211,7 +213,7 @@ fn place(finding: &Finding) -> String {
 /// The mean residual where it is largest, with its column.
 fn worst(finding: &Finding) -> Option<String> {
     let curve = &finding.curve;
-    let point = if finding.variable == Variable::Offset {
+    let point = if finding.variable == RowCondition::Offset {
         curve.points.get(finding.low as usize)?
     } else if let Some(there) = finding.category {
         curve.points.iter().zip(&curve.categories).find(|(_, category)| **category == there)?.0

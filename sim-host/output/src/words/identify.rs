@@ -2,15 +2,17 @@
 
 use super::{Scale, counted, digits, fixed, listed, score, share, signed_share};
 use crate::{IdentifyReport, StiffnessPlanReport};
-use trueweld_identify::plan::{Load, PlannedLoad};
-use trueweld_identify::{Identification, Mode, Number, Section, StiffnessCurve, Target, WeldPart};
+use trueweld_identify::plan::{LoadKind, PlannedLoad};
+use trueweld_identify::{
+    Identification, IdentificationTarget, Mode, Number, Section, StiffnessCurve, WeldPart,
+};
 use trueweld_measure::HALF_95;
 
 /// Score from which on the model itself counts as not fitting: a third above the noise.
 const MISFIT: f64 = 1.3;
 
 /// Correlation from which on two numbers are told together rather than each.
-const TOGETHER: f64 = 0.9;
+const TOLD_TOGETHER_CORRELATION: f64 = 0.9;
 
 /// True where residuals are well above the noise at the numbers found.
 pub(crate) fn is_misfit(found: &Identification) -> bool {
@@ -65,7 +67,7 @@ pub(crate) fn headline(found: &Identification) -> String {
             found.target.name()
         );
     }
-    if found.target == Target::Process {
+    if found.target == IdentificationTarget::Process {
         return headline_of_process(found);
     }
     let (told, untold): (Vec<&Number>, Vec<&Number>) =
@@ -195,7 +197,7 @@ pub(crate) fn open(report: &IdentifyReport<'_>) -> Vec<String> {
     }
     let off = |n: &&Number| {
         let apart = |[low, high]: [f64; 2]| n.given < low || n.given > high;
-        found.target == Target::Damping && n.interval.is_some_and(apart)
+        found.target == IdentificationTarget::Damping && n.interval.is_some_and(apart)
     };
     let off: Vec<&Number> = found.beside.iter().filter(off).collect();
     if !off.is_empty() {
@@ -214,7 +216,10 @@ pub(crate) fn open(report: &IdentifyReport<'_>) -> Vec<String> {
         for j in i + 1..correlated {
             let [a, b] = [&found.numbers[i], &found.numbers[j]];
             let correlation = found.correlation[(i, j)];
-            if a.is_identifiable() && b.is_identifiable() && correlation.abs() > TOGETHER {
+            if a.is_identifiable()
+                && b.is_identifiable()
+                && correlation.abs() > TOLD_TOGETHER_CORRELATION
+            {
                 notes.push(format!(
                     "{} and {} are told together (correlation {}): only logs of another kind or posture tell them apart.",
                     named(&[a]),
@@ -311,8 +316,8 @@ fn gain(planned: &[f64; 6], by_hand: &[f64; 6]) -> f64 {
 /// How a load acts.
 pub(crate) fn load(report: &StiffnessPlanReport<'_>, planned: &PlannedLoad) -> String {
     match planned.load {
-        Load::Payload => format!("{} kg on the flange", fixed(report.options.payload, 0)),
-        Load::Push(force) => {
+        LoadKind::Payload => format!("{} kg on the flange", fixed(report.options.payload, 0)),
+        LoadKind::Push(force) => {
             let [x, y, z] = [force.x, force.y, force.z].map(|f| fixed(f, 0));
             format!("push [{x}, {y}, {z}] N in base axes, both ways")
         }

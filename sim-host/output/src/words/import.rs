@@ -2,13 +2,15 @@
 
 use super::{Scale, counted, listed};
 use trueweld_measure::HALF_95;
-use trueweld_measure::data::log::import::{Doubt, Ground, LeftOut, Proposal, ProposedColumn};
+use trueweld_measure::data::log::import::{
+    Doubt, LeftOut, Proposal, ProposalBasis, ProposedColumn,
+};
 use trueweld_measure::data::log::units::unit_named;
 use trueweld_measure::data::log::{channel_name, dimension};
 use trueweld_plant::input::FILL_IN;
 
 /// What to do about what is not known.
-const KINDS: &str = "static-load, ring-down, free-motion or weld";
+const LOG_KINDS: &str = "static-load, ring-down, free-motion or weld";
 
 /// The finding in a sentence or two.
 pub(crate) fn headline(proposal: &Proposal) -> String {
@@ -54,30 +56,35 @@ fn open(proposal: &Proposal) -> usize {
 }
 
 /// What a column's mapping rests on.
-pub(crate) fn grounds(column: &ProposedColumn) -> String {
-    let of = |ground: &Ground| match ground {
-        Ground::Header | Ground::Rises | Ground::Comment | Ground::UnitInHeader => String::new(),
-        Ground::Magnitude => "unit by magnitude".to_owned(),
-        Ground::Limits => "sign by the axis' limits".to_owned(),
-        Ground::Motion { left, others } => format!(
+pub(crate) fn bases(column: &ProposedColumn) -> String {
+    let of = |basis: &ProposalBasis| match basis {
+        ProposalBasis::Header
+        | ProposalBasis::Rises
+        | ProposalBasis::Comment
+        | ProposalBasis::UnitInHeader => String::new(),
+        ProposalBasis::Magnitude => "unit by magnitude".to_owned(),
+        ProposalBasis::Limits => "sign by the axis' limits".to_owned(),
+        ProposalBasis::Motion { left, others } => format!(
             "sign by the tracker: {:.1} mm left, with the other sign at least {:.0} mm",
             1e3 * left,
             1e3 * others.min(99.0)
         ),
-        Ground::ModelTorque(correlation) => {
+        ProposalBasis::ModelTorque(correlation) => {
             format!("sign by the model's torque (correlation {correlation:.2})")
         }
     };
     match &column.mapping {
         Ok(_) => {
-            let stated = column.grounds.contains(&Ground::UnitInHeader);
+            let stated = column.bases.contains(&ProposalBasis::UnitInHeader);
             let and_unit = if stated { " and unit" } else { "" };
-            let named = match column.grounds.first() {
-                Some(Ground::Rises) => "without a header, it rises".to_owned(),
-                Some(Ground::Comment) => format!("channel{and_unit} by a comment above the rows"),
+            let named = match column.bases.first() {
+                Some(ProposalBasis::Rises) => "without a header, it rises".to_owned(),
+                Some(ProposalBasis::Comment) => {
+                    format!("channel{and_unit} by a comment above the rows")
+                }
                 _ => format!("channel{and_unit} by its header"),
             };
-            let others = column.grounds.iter().map(of).filter(|ground| !ground.is_empty());
+            let others = column.bases.iter().map(of).filter(|basis| !basis.is_empty());
             std::iter::once(named).chain(others).collect::<Vec<_>>().join("; ")
         }
         Err(why) => left_out(why),
@@ -140,7 +147,7 @@ pub fn log_toml(proposal: &Proposal, paths: &[String], robot: Option<&str>) -> S
     if proposal.kind_sure {
         text += &format!("kind = \"{}\"\n", proposal.kind);
     } else {
-        text += &format!("kind = \"{FILL_IN}: {KINDS}? {} fits\"\n", proposal.kind);
+        text += &format!("kind = \"{FILL_IN}: {LOG_KINDS}? {} fits\"\n", proposal.kind);
     }
     if proposal.period_open {
         text += &format!(
@@ -258,6 +265,6 @@ fn line(column: &ProposedColumn, proposal: &Proposal, path: &str) -> String {
         line += &format!(", factor = {:?}", mapping.factor);
     }
     let doubts = doubts(column);
-    let remark = if doubts.is_empty() { grounds(column) } else { format!("not sure of {doubts}") };
+    let remark = if doubts.is_empty() { bases(column) } else { format!("not sure of {doubts}") };
     format!("{line} }}    # {remark}\n")
 }

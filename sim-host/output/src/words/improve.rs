@@ -1,10 +1,12 @@
 //! What is said of an improvement.
 
-use super::diagnose::{NAMED, calibrations, implausible, in_a_line, setting, values, verdict};
+use super::diagnose::{
+    NAMED_CALIBRATIONS_MAX, calibrations, implausible, in_a_line, setting, values, verdict,
+};
 use super::{discover, listed, probability, score, score_change};
 use crate::ImproveReport;
-use trueweld_measure::diagnose::{FittedEffect, Verdict};
-use trueweld_measure::improve::{Rejected, Rejection, Step};
+use trueweld_measure::diagnose::{DiagnosisVerdict, FittedEffect};
+use trueweld_measure::improve::{ImprovementStep, Rejected, Rejection};
 use trueweld_plant::input::RobotFile;
 
 impl ImproveReport<'_> {
@@ -38,7 +40,9 @@ impl ImproveReport<'_> {
                 names if names.is_empty() => format!("Recalibrated: {fall}."),
                 names => format!("Recalibrated, {names}: {fall}."),
             },
-            (_, added) if added.len() > NAMED => format!("With {} effects {fall}.", added.len()),
+            (_, added) if added.len() > NAMED_CALIBRATIONS_MAX => {
+                format!("With {} effects {fall}.", added.len())
+            }
             (_, added) => {
                 let others = steps.iter().rev().find(|step| !step.added.is_empty());
                 let others = others.map_or(Vec::new(), |step| self.improvement.others(step));
@@ -58,7 +62,9 @@ impl ImproveReport<'_> {
         let improvement = self.improvement;
         let last = improvement.last();
         match improvement.verdict {
-            Verdict::EffectFound if improvement.diagnosis.verdict == Verdict::UnknownEffect => {
+            DiagnosisVerdict::EffectFound
+                if improvement.diagnosis.verdict == DiagnosisVerdict::UnknownEffect =>
+            {
                 match last.effects.len() {
                     1 => "One effect brings every channel near the noise floor; a diagnosis of these logs alone does not name it, so that \
                           it is less certain."
@@ -69,7 +75,7 @@ impl ImproveReport<'_> {
                     ),
                 }
             }
-            Verdict::EffectFound
+            DiagnosisVerdict::EffectFound
                 if improvement
                     .diagnosis
                     .candidates
@@ -124,7 +130,7 @@ impl ImproveReport<'_> {
 
     /// What a step did, in a line.
     pub(crate) fn step(&self, k: usize) -> String {
-        let Step { added, .. } = &self.improvement.steps[k];
+        let ImprovementStep { added, .. } = &self.improvement.steps[k];
         match (k, added.as_slice()) {
             (0, _) => "as given".to_owned(),
             (_, []) => "recalibrated".to_owned(),

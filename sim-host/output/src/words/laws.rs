@@ -3,7 +3,9 @@
 use super::{share, signed_share};
 use crate::{LawsReport, MILLI};
 use trueweld_evaluate::WeldFigures;
-use trueweld_evaluate::laws::{Change, LawComparison, NoFigures, Sweep, VariedQuantity};
+use trueweld_evaluate::laws::{
+    LawComparison, NoFigures, ScenarioChange, ScenarioSweep, VariedQuantity,
+};
 
 /// Which laws stay within what is required, whatever is varied.
 pub(crate) fn headline(report: &LawsReport<'_>) -> String {
@@ -54,7 +56,7 @@ pub(crate) fn setting(comparison: &LawComparison<'_>) -> String {
 }
 
 /// Why there are no figures, a sentence for every law and reason.
-pub(crate) fn failures(comparison: &LawComparison<'_>, sweep: &Sweep) -> Vec<String> {
+pub(crate) fn failures(comparison: &LawComparison<'_>, sweep: &ScenarioSweep) -> Vec<String> {
     let mut told: Vec<(String, Vec<String>)> = Vec::new();
     for (law, points) in comparison.laws.iter().zip(&sweep.points) {
         for (change, point) in sweep.quantity.changes().iter().zip(points) {
@@ -106,14 +108,14 @@ fn noun(quantity: VariedQuantity) -> &'static str {
 }
 
 /// A change in a heading of a table or below a picture.
-pub(crate) fn label(change: Change) -> String {
+pub(crate) fn label(change: ScenarioChange) -> String {
     match change {
-        Change::StiffnessError(error) => signed_share(error),
-        Change::Noise(factor) => format!("×{factor}"),
-        Change::Delay(periods) => format!("{periods}"),
-        Change::Lost(1.0) => "all".to_owned(),
-        Change::Lost(lost) => share(lost),
-        Change::DeadInLastPass => "last pass".to_owned(),
-        Change::ForceSensorDies => "force".to_owned(),
+        ScenarioChange::StiffnessError(error) => signed_share(error),
+        ScenarioChange::Noise(factor) => format!("×{factor}"),
+        ScenarioChange::Delay(periods) => format!("{periods}"),
+        ScenarioChange::Lost(1.0) => "all".to_owned(),
+        ScenarioChange::Lost(lost) => share(lost),
+        ScenarioChange::DeadInLastPass => "last pass".to_owned(),
+        ScenarioChange::ForceSensorDies => "force".to_owned(),
     }
 }

@@ -5,14 +5,15 @@ use std::fmt::Display;
 use trueweld_measure::data::log::LogNotice;
 
 /// A file of a hundred columns need not be listed.
-const LISTED: usize = 12;
+const LISTED_COLUMNS_MAX: usize = 12;
 
 /// A notice in a sentence without its full stop.
 pub fn notice(notice: &LogNotice) -> String {
     match notice {
         LogNotice::UnknownColumns(headers) => {
-            let shown = named(headers.iter().take(LISTED).map(|name| name.escape_debug()));
-            let more = headers.len().saturating_sub(LISTED);
+            let shown =
+                named(headers.iter().take(LISTED_COLUMNS_MAX).map(|name| name.escape_debug()));
+            let more = headers.len().saturating_sub(LISTED_COLUMNS_MAX);
             let more = if more > 0 { format!(" and {more} more") } else { String::new() };
             format!("columns that are not known, left out: {shown}{more}")
         }

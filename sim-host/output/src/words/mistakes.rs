@@ -7,7 +7,7 @@ use trueweld_core::spatial::rotation_vector;
 use trueweld_measure::data::channel::LogChannel;
 use trueweld_measure::data::log::ColumnMapping;
 use trueweld_measure::mistakes::{
-    Change, ColumnLines, Found, Mistake, MistakeKind, Registered, WrenchFrame,
+    ColumnLines, Found, Mistake, MistakeKind, Registered, Remedy, WrenchFrame,
 };
 
 /// The finding, first of all that is said.
@@ -67,7 +67,7 @@ pub(crate) fn sentence(mistake: &Mistake, joints: &[String]) -> String {
     let at = place(mistake, joints);
     let of = reading(mistake, &at);
     let lines = match &mistake.change {
-        Change::Columns(lines) => lines.as_slice(),
+        Remedy::Columns(lines) => lines.as_slice(),
         _ => &[],
     };
     let line = lines.first();
@@ -111,20 +111,20 @@ pub(crate) fn sentence(mistake: &Mistake, joints: &[String]) -> String {
         (MistakeKind::WrenchSide, _) => {
             "the wrench is what the tool applies, not what is applied to the tool".to_owned()
         }
-        (_, Change::WrenchFrame(frame)) => mounted(frame),
+        (_, Remedy::WrenchFrame(frame)) => mounted(frame),
         (MistakeKind::WrenchAxes, _) => "the wrench is in other axes than the tool's".to_owned(),
         (MistakeKind::WrenchPoint, _) => {
             "the moment is about another point than the tool centre point".to_owned()
         }
-        (MistakeKind::Payload, Change::ToolMass(mass)) => {
+        (MistakeKind::Payload, Remedy::ToolMass(mass)) => {
             format!(
                 "a mass hangs on the flange that is written nowhere; the tool weighs {mass:.0} kg"
             )
         }
-        (MistakeKind::Payload, Change::PayloadColumns(mass)) => {
+        (MistakeKind::Payload, Remedy::PayloadColumns(mass)) => {
             format!("about {mass:.0} kg hung on the flange in some rows, and no column says so")
         }
-        (MistakeKind::Payload, Change::Columns(_)) => "the payload is not written down".to_owned(),
+        (MistakeKind::Payload, Remedy::Columns(_)) => "the payload is not written down".to_owned(),
     };
     let evidence = mistake.evidence;
     let scale = Scale::small(evidence.unit);
@@ -204,7 +204,7 @@ fn wrench_lines(frame: &WrenchFrame) -> String {
 /// What to write, and where.
 pub(crate) fn change(mistake: &Mistake) -> String {
     match &mistake.change {
-        Change::Columns(_) => {
+        Remedy::Columns(_) => {
             let several = mistake.lines.len() > 1;
             mistake
                 .lines
@@ -213,9 +213,9 @@ pub(crate) fn change(mistake: &Mistake) -> String {
                 .collect::<Vec<_>>()
                 .join("\n")
         }
-        Change::WrenchFrame(frame) => wrench_lines(frame),
-        Change::ToolMass(mass) => format!("mass_kg = {mass:.1}"),
-        Change::PayloadColumns(mass) => format!("payload_kg,cx_m,cy_m,cz_m  # {mass:.0} kg"),
+        Remedy::WrenchFrame(frame) => wrench_lines(frame),
+        Remedy::ToolMass(mass) => format!("mass_kg = {mass:.1}"),
+        Remedy::PayloadColumns(mass) => format!("payload_kg,cx_m,cy_m,cz_m  # {mass:.0} kg"),
     }
 }
 
@@ -228,16 +228,16 @@ fn column_lines(of: &ColumnLines, named: bool) -> Vec<String> {
 /// Where the change belongs.
 pub(crate) fn target(mistake: &Mistake) -> &'static str {
     match mistake.change {
-        Change::Columns(_) if mistake.lines.iter().any(|lines| lines.replace) => {
+        Remedy::Columns(_) if mistake.lines.iter().any(|lines| lines.replace) => {
             "log.toml, under [columns], in place of the lines with the same headers"
         }
-        Change::Columns(_) => "log.toml, under [columns]",
-        Change::WrenchFrame(WrenchFrame { replace: true, .. }) => {
+        Remedy::Columns(_) => "log.toml, under [columns]",
+        Remedy::WrenchFrame(WrenchFrame { replace: true, .. }) => {
             "log.toml, in place of the table [wrench]"
         }
-        Change::WrenchFrame(_) => "log.toml, under [wrench]",
-        Change::ToolMass(_) => "robot.toml, under [tool]",
-        Change::PayloadColumns(_) => "samples.csv, columns",
+        Remedy::WrenchFrame(_) => "log.toml, under [wrench]",
+        Remedy::ToolMass(_) => "robot.toml, under [tool]",
+        Remedy::PayloadColumns(_) => "samples.csv, columns",
     }
 }
 

@@ -3,7 +3,7 @@
 use trueweld_measure::data::log::Log;
 use trueweld_measure::diagnose::FittedEffect;
 use trueweld_measure::fit::calibration::is_calibration;
-use trueweld_measure::improve::{Improvement, Origin};
+use trueweld_measure::improve::{EffectOrigin, Improvement};
 use trueweld_plant::input::{Comments, EffectComments, ModelFile};
 
 /// Comments of the model that `improvement` made of `given` with `logs`. `origins`: of its effects,
@@ -12,7 +12,7 @@ pub fn model_comments(
     improvement: &Improvement,
     given: &ModelFile,
     logs: &[Log],
-    origins: &[Origin],
+    origins: &[EffectOrigin],
 ) -> Comments {
     let names = logs.iter().map(|l| l.name.as_str()).collect::<Vec<_>>().join(", ");
     let judged = match improvement.held_out_logs.as_slice() {
@@ -38,17 +38,19 @@ pub fn model_comments(
     }
 }
 
-fn comments(origin: &Origin, names: &str, logs: &[Log]) -> EffectComments {
+fn comments(origin: &EffectOrigin, names: &str, logs: &[Log]) -> EffectComments {
     match origin {
-        Origin::Given => EffectComments { effect: "As given.".to_owned(), parameters: Vec::new() },
-        Origin::Fitted(found) => {
+        EffectOrigin::Given => {
+            EffectComments { effect: "As given.".to_owned(), parameters: Vec::new() }
+        }
+        EffectOrigin::Fitted(found) => {
             let sort = if is_calibration(found.effect.kind) { "Calibration" } else { "Effect" };
             EffectComments {
                 effect: format!("{sort}, fitted to {names}; 95 % intervals beside the values."),
                 parameters: (0..found.interval.len()).map(|k| bounds(found, k)).collect(),
             }
         }
-        Origin::PerLog(all) => {
+        EffectOrigin::PerLog(all) => {
             let parameter = |v: usize| {
                 let one = |f: &FittedEffect| match f.log {
                     Some(log) => format!("{} in {}", readable(f.effect.values[v]), logs[log].name),
@@ -69,7 +71,7 @@ fn comments(origin: &Origin, names: &str, logs: &[Log]) -> EffectComments {
                 parameters: (0..count).map(parameter).collect(),
             }
         }
-        Origin::Renewed => EffectComments {
+        EffectOrigin::Renewed => EffectComments {
             effect: format!(
                 "Each log has its own, nothing to be seen in {names}: the instrument is zeroed at all joints together."
             ),

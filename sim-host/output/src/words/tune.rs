@@ -5,7 +5,7 @@ use super::{fixed, listed, share};
 use crate::TuneReport;
 use trueweld_evaluate::ArmAt;
 use trueweld_evaluate::tune::{
-    Criterion, Rating, TunedController, Tuning, WeldOutcome, stood, worst,
+    LoopCriterion, Rating, TunedController, Tuning, WeldOutcome, stood, worst,
 };
 use trueweld_plant::simulate::LimitSpan;
 
@@ -86,17 +86,21 @@ pub(crate) fn told(rating: &Rating) -> String {
     let ms = |s: f64| if s.is_finite() { format!("{:.0} ms", 1e3 * s) } else { "never".to_owned() };
     let [value, asked] = [rating.value, rating.asked];
     match rating.criterion {
-        Criterion::Margin { figure, channel, path } => format!(
+        LoopCriterion::Margin { figure, channel, path } => format!(
             "{} of {channel} {} at {path:.2} m (least {})",
             without_drives(figure.label),
             shown(figure.key, value),
             shown(figure.key, asked)
         ),
-        Criterion::Unstable { path } => format!("the loop is not stable at {path:.2} m"),
-        Criterion::Settling => format!("step within 5 % after {} (asked {})", ms(value), ms(asked)),
-        Criterion::Overshoot => format!("overshoot {} (asked {})", share(value), share(asked)),
-        Criterion::StaticError => format!("static error {} (asked {})", share(value), share(asked)),
-        Criterion::NoStep => "the step of force comes to no end".to_owned(),
+        LoopCriterion::Unstable { path } => format!("the loop is not stable at {path:.2} m"),
+        LoopCriterion::Settling => {
+            format!("step within 5 % after {} (asked {})", ms(value), ms(asked))
+        }
+        LoopCriterion::Overshoot => format!("overshoot {} (asked {})", share(value), share(asked)),
+        LoopCriterion::StaticError => {
+            format!("static error {} (asked {})", share(value), share(asked))
+        }
+        LoopCriterion::NoStep => "the step of force comes to no end".to_owned(),
     }
 }
 

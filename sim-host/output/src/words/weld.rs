@@ -126,7 +126,8 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
         sentence += &format!(" At a limit {}: {limits}.", who(run));
     }
     for run in runs.iter().filter(|run| !run.figures.health.is_empty()) {
-        let warnings: Vec<String> = run.figures.health.iter().take(TOLD).map(warning).collect();
+        let warnings: Vec<String> =
+            run.figures.health.iter().take(TOLD_LIMITS).map(warning).collect();
         sentence += &format!(" Warning {}: {}.", who(run), listed(&warnings, "and"));
     }
     sentence
@@ -146,11 +147,11 @@ pub fn missed(judged: &JudgedFigure) -> String {
 }
 
 /// Most limits of a run that are told; the others are shorter.
-const TOLD: usize = 3;
+const TOLD_LIMITS: usize = 3;
 
 /// What a run stood at, the longest first: "torque of A2 for 0.20 s, first at 3.02 s (feed rising)".
 pub(crate) fn limits(spans: &[LimitSpan], period: f64) -> String {
-    let told = spans.iter().take(TOLD).map(|span| {
+    let told = spans.iter().take(TOLD_LIMITS).map(|span| {
         let (time, phase) = (span.rows as f64 * period, span.phase.name());
         format!("{} for {time:.2} s, first at {:.2} s ({phase})", span.kind, span.first)
     });

@@ -19,26 +19,28 @@ use trueweld_evaluate::certify::{
     Sensitivity, ShownKind, ShownRun, Symptoms, Trend, Trial, WorstCase, accepted_faults, judge,
     weak_points,
 };
-use trueweld_evaluate::laws::{Change, LawComparison, NoFigures, Sweep, VariedQuantity};
+use trueweld_evaluate::laws::{
+    LawComparison, NoFigures, ScenarioChange, ScenarioSweep, VariedQuantity,
+};
 use trueweld_evaluate::margins::{
-    CHANNELS, Condition, FrictionSlope, Margin, Margins, OperatingPoint, Passivity,
+    Condition, FrictionSlope, LOOP_CHANNELS, Margin, Margins, OperatingPoint, Passivity,
 };
 use trueweld_evaluate::{Requirements, StepFigures, UncertainCell, WELD_FIGURES, WeldFigures};
 use trueweld_measure::data::log::{Log, LogKind, LogNotice};
-use trueweld_measure::diagnose::evidence::{Axis, EffectCurve, Ordinate};
+use trueweld_measure::diagnose::evidence::{Abscissa, EffectCurve, Ordinate};
 use trueweld_measure::diagnose::{
-    Candidate, Confusable, Diagnosis, Explanation, FittedEffect, ImprovedChannel, Limit, Reason,
-    Verdict,
+    Candidate, Confusable, Diagnosis, DiagnosisVerdict, EffectLimit, Explanation,
+    ExplanationReason, FittedEffect, ImprovedChannel,
 };
 use trueweld_measure::experiment::{Channels, Excitation, Plan, PlanRow, Procedure};
-use trueweld_measure::fit::{End, FitState, Fitted, Hold, Linear};
-use trueweld_measure::improve::{Improvement, Rejected, Rejection, Step};
-use trueweld_measure::predict::{Prediction, Quantity};
+use trueweld_measure::fit::{FitState, Fitted, HeldOutPrior, Linear, Termination};
+use trueweld_measure::improve::{Improvement, ImprovementStep, Rejected, Rejection};
+use trueweld_measure::predict::{ComparedQuantity, Prediction};
 use trueweld_measure::residuals::compare::{
     ChannelComparison, Comparison, LogComparison, Notice, Trace,
 };
 use trueweld_measure::residuals::localize::{
-    Category, Curve, CurvePoint, Finding, MapAxis, ResidualMap, Statistic, Variable,
+    Category, ConditionBin, ConditionCurve, Finding, MapAxis, ResidualMap, RowCondition, Statistic,
 };
 use trueweld_output::{CertifiedWeld, CertifyReport, DiagnoseReport, StepRun, WeldPlan, WeldRun};
 use trueweld_plant::cell::Cell;
@@ -49,7 +51,7 @@ use trueweld_plant::input::{
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::provenance::{FileDigest, Provenance};
 use trueweld_plant::simulate::{
-    Controller, Phase, Program, RecordRow, Recording, RunError, Scenario, Seam,
+    ControllerKind, Phase, RecordRow, Recording, RunError, Scenario, Seam, WeldProgram,
 };
 
 /// When the push steps, s, and by how much, N.
@@ -338,14 +340,14 @@ pub fn comparison() -> Comparison {
         columns: columns.collect(),
         ..figures("tcp_position", "", 2.72, 3 * rows)
     };
-    let point = |x: f64, y: f64| CurvePoint { x, y, error: 1e-5 };
+    let point = |x: f64, y: f64| ConditionBin { x, y, error: 1e-5 };
     let finding = Finding {
         kind: LogKind::FreeMotion,
         channel: "tcp_position",
         logs: vec!["free".to_owned()],
         score: 2.72,
         joints: ["A1", "A2", "A3", "A4", "A5", "A6"].map(str::to_owned),
-        variable: Variable::SpringSign(4),
+        variable: RowCondition::SpringSign(4),
         how: Statistic::Mean,
         share: 0.62,
         by_chance: 0.02,
@@ -356,24 +358,24 @@ pub fn comparison() -> Comparison {
         share_there: 0.9,
         samples_there: 0.5,
         similar: Vec::new(),
-        curve: Curve {
+        curve: ConditionCurve {
             categories: vec![Category::Negative, Category::Positive],
-            series: Some((Quantity::Position, 0)),
+            series: Some((ComparedQuantity::Position, 0)),
             y_unit: "m",
             points: vec![point(0.0, 0.0), point(1.0, 2e-4)],
         },
         map: Some(ResidualMap {
             x: MapAxis {
-                variable: Variable::SpringTorque(4),
+                variable: RowCondition::SpringTorque(4),
                 categories: Vec::new(),
                 values: vec![-100.0, 100.0],
             },
             y: MapAxis {
-                variable: Variable::Motion(4),
+                variable: RowCondition::Motion(4),
                 categories: vec![Category::Negative, Category::Positive],
                 values: vec![0.0, 1.0],
             },
-            series: (Quantity::Position, 0),
+            series: (ComparedQuantity::Position, 0),
             mean: vec![vec![1e-4, -1e-4], vec![-1e-4, f64::NAN]],
             share: 0.8,
             by_chance: 0.02,
@@ -406,18 +408,18 @@ pub fn comparison() -> Comparison {
 pub struct Parts {
     pub model: ModelFile,
     pub diagnosis: Diagnosis,
-    pub account: Explanation,
+    pub explanation: Explanation,
     pub before: Vec<LogComparison>,
     pub after: Vec<LogComparison>,
 }
 
 impl Parts {
     pub fn diagnosed(&self) -> DiagnoseReport<'_> {
-        let Self { model, diagnosis, account, before, after } = self;
+        let Self { model, diagnosis, explanation, before, after } = self;
         DiagnoseReport {
             model,
             diagnosis,
-            account,
+            explanation,
             discovered: &[],
             before,
             after,
@@ -434,7 +436,7 @@ fn fixture(name: &str) -> String {
 
 /// A diagnosis that found 0.24 mrad of play in A5 before the same of a loop; in the first log,
 /// which [`comparison`] gives. One bound is not known.
-pub fn diagnosis(verdict: Verdict) -> Parts {
+pub fn diagnosis(verdict: DiagnosisVerdict) -> Parts {
     let found = |id: &str, values: &[f64], half: f64| {
         let kind = EffectKind::of(id).unwrap();
         let interval = values.iter().map(|v| [v - half, v + half]).collect();
@@ -447,24 +449,24 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
     };
     let fitted = || Fitted {
         point: FitState::empty(1),
-        at: Vec::new(),
+        residuals: Vec::new(),
         slopes: Vec::new(),
         linear: Linear {
-            square: Vec::new(),
-            slope: Vec::new(),
-            rest: Vec::new(),
+            jtj: Vec::new(),
+            jtr: Vec::new(),
+            rss: Vec::new(),
             prior: DMatrix::zeros(0, 0),
             away: DVector::zeros(0),
-            hold: Hold::none(0),
+            held_out_prior: HeldOutPrior::none(0),
         },
         cost: 0.0,
-        end: End::Arrived,
+        termination: Termination::Converged,
     };
     // Calibrations alone, or with what explains all or a part of the rest.
     let leaving = |score: f64| {
         let residual = vec![score; 100];
-        let at = vec![Prediction { residual, motion: None, late: None, anywhere: 0.0 }];
-        Fitted { at, ..fitted() }
+        let at = vec![Prediction { residual, motion: None, late: None, free_play_term: 0.0 }];
+        Fitted { residuals: at, ..fitted() }
     };
     let candidate = |effect: FittedEffect, after: f64, probability: f64, left: f64| Candidate {
         held_out_before: 3.79,
@@ -481,14 +483,18 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
     let mut after = comparison.logs.clone();
     after[0].traces.iter_mut().for_each(|t| t.predicted.clone_from(&t.measured));
     let kind = EffectKind::of("backlash").unwrap();
-    let limit =
-        |joint: usize| Limit { kind, at: Location::Joint(joint), parameter: 0, value: 5.3e-6 };
+    let limit = |joint: usize| EffectLimit {
+        kind,
+        at: Location::Joint(joint),
+        parameter: 0,
+        value: 5.3e-6,
+    };
     let curve = EffectCurve {
-        x: Axis::SpringTorque(4),
+        x: Abscissa::SpringTorque(4),
         y: Ordinate::Named("twist of {joint} beyond the linear spring's", 4),
         y_unit: "rad",
         points: (-3..4)
-            .map(|k: i32| CurvePoint {
+            .map(|k: i32| ConditionBin {
                 x: f64::from(k),
                 y: 2.4e-4 * f64::from(k.signum()),
                 error: 1e-5,
@@ -496,7 +502,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
             .collect(),
         fitted: (-3..4).map(|k: i32| [f64::from(k), 2.4e-4 * f64::from(k.signum())]).collect(),
     };
-    let reason = |evidence: Option<EffectCurve>| Reason {
+    let reason = |evidence: Option<EffectCurve>| ExplanationReason {
         improved: Some(ImprovedChannel {
             kind: LogKind::RingDown,
             channel: "tcp_position",
@@ -517,7 +523,7 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
             before: Vec::new(),
             each_log: FitState::empty(0),
             null: leaving(2.9),
-            chosen: if verdict == Verdict::Adequate { Vec::new() } else { vec![fitted()] },
+            chosen: if verdict == DiagnosisVerdict::Adequate { Vec::new() } else { vec![fitted()] },
             full: fitted(),
             candidates: vec![
                 candidate(play, 1.015, 0.98, 0.01),
@@ -536,9 +542,9 @@ pub fn diagnosis(verdict: Verdict) -> Parts {
                 alike: 0.999,
             }],
             unexplained: comparison.worst,
-            undone: Vec::new(),
+            incomplete: Vec::new(),
         },
-        account: Explanation {
+        explanation: Explanation {
             reasons: vec![reason(Some(curve)), reason(None)],
             next_experiment: None,
         },
@@ -569,7 +575,7 @@ pub fn plan() -> Plan {
 /// An improvement by what [`diagnosis`] found, its steps judged by a log held out.
 pub fn improvement(diagnosis: Diagnosis) -> Improvement {
     let effects = diagnosis.candidates[0].effects.clone();
-    let step = |added: &[FittedEffect], score: f64, held_out: f64| Step {
+    let step = |added: &[FittedEffect], score: f64, held_out: f64| ImprovementStep {
         added: added.to_vec(),
         effects: added.to_vec(),
         calibration: Vec::new(),
@@ -596,7 +602,7 @@ pub struct Laws {
     sensors: Sensors,
     cell: Cell,
     laws: Vec<Entry>,
-    pub sweeps: Vec<Sweep>,
+    pub sweeps: Vec<ScenarioSweep>,
 }
 
 impl Laws {
@@ -607,10 +613,10 @@ impl Laws {
             controller_model: &self.robot.robot,
             planned: &self.process,
             weld: &self.weld,
-            program: Program::Weld,
+            program: WeldProgram::Weld,
             control: &self.control,
             sensors: &self.sensors,
-            controller: Controller::External,
+            controller: ControllerKind::External,
             law: &self.laws[0],
             integrator: Integrator::LinearlyImplicit,
             plant_step: 2e-3,
@@ -636,13 +642,13 @@ pub fn laws(names: &[&str]) -> Laws {
     let weld = Weld::read(read("welds/vertical")).unwrap();
     let cell = Cell::new(&robot.robot, &[], &process, Seam::of(&weld)).unwrap();
     let figures = welds(100).figures.remove(1);
-    let point = |law: usize, change: &Change| {
+    let point = |law: usize, change: &ScenarioChange| {
         let lateral = match (law, change) {
             (0, _) => 4e-3,
-            (1, Change::Noise(8.0)) => 6e-5,
+            (1, ScenarioChange::Noise(8.0)) => 6e-5,
             (1, _) => 4e-5,
-            (_, Change::DeadInLastPass) => return Err(NoFigures::NotSteady),
-            (_, Change::Delay(4.0 | 8.0)) => return Err(RunError::Cell.into()),
+            (_, ScenarioChange::DeadInLastPass) => return Err(NoFigures::NotSteady),
+            (_, ScenarioChange::Delay(4.0 | 8.0)) => return Err(RunError::Cell.into()),
             (law, _) => 3e-5 - 1e-6 * law as f64,
         };
         let mut figures = figures.clone();
@@ -651,7 +657,7 @@ pub fn laws(names: &[&str]) -> Laws {
     };
     let sweep = |quantity: VariedQuantity| {
         let points = |k| quantity.changes().iter().map(|change| point(k, change)).collect();
-        Sweep { quantity, points: (0..names.len()).map(points).collect() }
+        ScenarioSweep { quantity, points: (0..names.len()).map(points).collect() }
     };
     Laws {
         process,
@@ -720,13 +726,13 @@ pub fn certificate() -> CertifyReport<'static> {
         of: condition(path),
         spectral_radius: 0.991,
         held: false,
-        channels: Some([margin; CHANNELS]),
+        channels: Some([margin; LOOP_CHANNELS]),
         disk: [0.5, 0.7],
         passivity: Passivity { needed_ns_m: 9e4, there_ns_m: 1e3 },
     };
     let stuck = Margins {
         of: Condition { friction: FrictionSlope::Full, ..condition(0.0) },
-        channels: Some([Margin { modulus: 0.52, ..margin }; CHANNELS]),
+        channels: Some([Margin { modulus: 0.52, ..margin }; LOOP_CHANNELS]),
         ..place(0.0)
     };
     let drawn = Margins { of: Condition { draw: Some(1), ..condition(1.0) }, ..place(1.0) };

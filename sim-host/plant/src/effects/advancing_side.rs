@@ -8,7 +8,7 @@ use super::location::{Location, LocationKind};
 use super::parameter::Parameter;
 use crate::robot::{Port, ProcessPoint, Term};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static ADVANCING_SIDE_EFFECT: EffectKind = EffectKind {
     id: "advancing-side",
     place: LocationKind::Cell,
     equation: "F_l gains a F_d sgn(ω)",

@@ -8,7 +8,7 @@ use super::location::LocationKind;
 use super::parameter::Parameter;
 use crate::robot::{JointState, Port, Term, ValueDerivative};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static ASYMMETRIC_FRICTION_EFFECT: EffectKind = EffectKind {
     id: "asymmetric-friction",
     place: LocationKind::Joint,
     equation: "τ_f gains a tanh(θ̇_E/smoothing) where θ̇_E > 0",

@@ -9,7 +9,7 @@ use super::location::LocationKind;
 use super::parameter::Parameter;
 use crate::robot::{Port, Term};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static BACKLASH_EFFECT: EffectKind = EffectKind {
     id: "backlash",
     place: LocationKind::Joint,
     equation: "elastic part of τ_s = K dz(δ), dz(δ) = δ − b above b, δ + b below −b, 0 between; δ = θ_E − θ",

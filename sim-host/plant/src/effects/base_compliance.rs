@@ -9,7 +9,7 @@ use super::parameter::Parameter;
 use crate::robot::{Port, Term};
 use nalgebra::Vector3;
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static BASE_COMPLIANCE_EFFECT: EffectKind = EffectKind {
     id: "base-compliance",
     place: LocationKind::Cell,
     equation: "B tilts about its x and y at the foot by c times the moment there",

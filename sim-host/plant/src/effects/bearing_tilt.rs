@@ -10,7 +10,7 @@ use super::parameter::Parameter;
 use crate::robot::{Port, Term};
 use nalgebra::Vector3;
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static BEARING_TILT_EFFECT: EffectKind = EffectKind {
     id: "bearing-tilt",
     place: LocationKind::Joint,
     equation: "the link tilts about the two axes across the joint's, by c times the moment there",

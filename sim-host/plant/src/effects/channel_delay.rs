@@ -4,11 +4,11 @@
 
 use super::curve::{Curve, CurveAxis, ShownQuantity};
 use super::kind::{Action, EffectKind};
-use super::location::{CHANNELS, Location, LocationKind};
+use super::location::{INSTRUMENT_NAMES, Location, LocationKind};
 use super::parameter::Parameter;
 use crate::robot::{Channel, Term};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static CHANNEL_DELAY_EFFECT: EffectKind = EffectKind {
     id: "channel-delay",
     place: LocationKind::Channel,
     equation: "the channel lags the encoders by a time",
@@ -21,7 +21,7 @@ pub(super) static KIND: EffectKind = EffectKind {
         &[CurveAxis::OfInstrument],
     ),
     drawn: Some(|d| {
-        (Location::Channel(CHANNELS[d.whole(0, 3)].1), vec![d.size * d.between(2e-3, 6e-3)])
+        (Location::Channel(INSTRUMENT_NAMES[d.whole(0, 3)].1), vec![d.size * d.between(2e-3, 6e-3)])
     }),
     action: Action::Channel(|v, channel| Box::new(ChannelDelay { channel, delay: v[0] })),
     ..EffectKind::DEFAULT

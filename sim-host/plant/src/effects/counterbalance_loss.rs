@@ -8,7 +8,7 @@ use super::location::{Location, LocationKind};
 use super::parameter::Parameter;
 use crate::robot::{JointState, Port, Term};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static COUNTERBALANCE_LOSS_EFFECT: EffectKind = EffectKind {
     id: "counterbalance-loss",
     place: LocationKind::Cell,
     equation: "τ_cb × (1 − λ)",

@@ -5,7 +5,7 @@
 //! same definition gives the same one.
 
 use super::curve::{Curve, ShownQuantity};
-use super::expression::Mistake;
+use super::expression::ExpressionMistake;
 use super::formula::{CustomParameter, CustomRole, Definition, Formula};
 use super::kind::{Action, EffectKind};
 use super::location::LocationKind;
@@ -22,9 +22,9 @@ impl Definition {
     /// port's variables may well be.
     ///
     /// # Errors
-    /// [`Mistake`] in the expression: its text, a parameter it does not use, or a place where it is
-    /// not finite.
-    pub fn kind(self, values: &[f64]) -> Result<&'static EffectKind, Mistake> {
+    /// [`ExpressionMistake`] in the expression: its text, a parameter it does not use, or a place
+    /// where it is not finite.
+    pub fn kind(self, values: &[f64]) -> Result<&'static EffectKind, ExpressionMistake> {
         let expression = self.checked(values)?;
         let mut registry = REGISTRY.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, kind)) = registry.iter().find(|(formula, _)| formula.definition == self) {

@@ -6,7 +6,7 @@ use super::kind::{Action, Calibration, CalibrationScope, EffectKind};
 use super::location::LocationKind;
 use super::parameter::Parameter;
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static DAMPING_ERROR_EFFECT: EffectKind = EffectKind {
     id: "damping-error",
     place: LocationKind::Joint,
     equation: "D → D (1 + e)",

@@ -7,7 +7,7 @@ use super::kind::{Action, EffectKind};
 use super::location::{Location, LocationKind};
 use super::parameter::Parameter;
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static DRAG_ERROR_EFFECT: EffectKind = EffectKind {
     id: "drag-error",
     place: LocationKind::Cell,
     equation: "c_x → c_x (1 + e)",

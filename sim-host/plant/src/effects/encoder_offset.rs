@@ -8,7 +8,7 @@ use super::location::{Location, LocationKind};
 use super::parameter::Parameter;
 use crate::robot::{Channel, Port, Term};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static ENCODER_OFFSET_EFFECT: EffectKind = EffectKind {
     id: "encoder-offset",
     place: LocationKind::Joint,
     equation: "real angle = angle computed from the encoder + o",
@@ -31,7 +31,7 @@ pub(super) static KIND: EffectKind = EffectKind {
 
 /// A joint, from 0, whose encoder was zeroed wrongly by `offset`, rad.
 pub fn effect(joint: usize, offset: f64) -> Effect {
-    Effect { kind: &KIND, at: Location::Joint(joint), values: vec![offset] }
+    Effect { kind: &ENCODER_OFFSET_EFFECT, at: Location::Joint(joint), values: vec![offset] }
 }
 
 #[derive(Debug)]

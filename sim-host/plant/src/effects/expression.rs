@@ -17,13 +17,13 @@
 //! stack, so that evaluating neither allocates nor fails; where the mathematics has no answer the
 //! value is not finite. Left out: conditions, for which `step` does.
 
-use super::memory::{LOOPS, Loop};
+use super::memory::{LOOP_NAMES, Loop};
 use super::table::Places;
 use crate::input::nearest;
 use std::ops::Range;
 
 /// Values that an evaluation may hold at once, and parentheses that may stand inside one another.
-const DEPTH: usize = 32;
+const EXPRESSION_DEPTH_MAX: usize = 32;
 
 /// Numbers, names and operators that one expression may have: it is evaluated at every step.
 const MOST_OPERATIONS: usize = 1000;
@@ -135,12 +135,12 @@ struct Remembered {
 }
 
 /// Name of the function that reads the table.
-const TABLE: &str = "table";
+const TABLE_FUNCTION: &str = "table";
 
 /// What is wrong with the text of an expression, and where.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{message}")]
-pub struct Mistake {
+pub struct ExpressionMistake {
     /// Byte range in the expression.
     pub at: Range<usize>,
     /// What was read and what was expected.
@@ -153,9 +153,13 @@ impl Expression {
     /// Reads an expression over these variables and parameters.
     ///
     /// # Errors
-    /// [`Mistake`]: what is no expression, a name that is none of these, more than 32 levels of
-    /// parentheses or operands waiting for their operator, or more than 1000 operations.
-    pub fn parse(text: &str, variables: &[&str], parameters: &[&str]) -> Result<Self, Mistake> {
+    /// [`ExpressionMistake`]: what is no expression, a name that is none of these, more than 32
+    /// levels of parentheses or operands waiting for their operator, or more than 1000 operations.
+    pub fn parse(
+        text: &str,
+        variables: &[&str],
+        parameters: &[&str],
+    ) -> Result<Self, ExpressionMistake> {
         Self::parse_with_table(text, variables, parameters, None)
     }
 
@@ -169,7 +173,7 @@ impl Expression {
         variables: &[&str],
         parameters: &[&str],
         table: Option<&Places>,
-    ) -> Result<Self, Mistake> {
+    ) -> Result<Self, ExpressionMistake> {
         let mut parser = Parser {
             text,
             at: 0,
@@ -216,7 +220,7 @@ impl Expression {
 
     #[inline]
     fn worked_out(&self, operations: &[Operation], variables: &[f64], parameters: &[f64]) -> f64 {
-        let mut stack = [0.0; DEPTH];
+        let mut stack = [0.0; EXPRESSION_DEPTH_MAX];
         let mut held = 0;
         for operation in operations {
             let value = match *operation {
@@ -283,7 +287,7 @@ pub(super) fn may_be_named(name: &str) -> bool {
 fn known_words<'k>() -> impl Iterator<Item = &'k str> {
     let functions = FUNCTIONS.iter().map(|(n, _)| *n);
     let of_two = FUNCTIONS_OF_TWO.iter().map(|(n, _)| *n);
-    functions.chain(of_two).chain(LOOPS.iter().map(|(n, _)| *n)).chain(["pi"])
+    functions.chain(of_two).chain(LOOP_NAMES.iter().map(|(n, _)| *n)).chain(["pi"])
 }
 
 struct Parser<'t> {
@@ -320,11 +324,11 @@ impl Parser<'_> {
         start..self.at
     }
 
-    fn mistake(&self, at: Range<usize>, message: String, help: &str) -> Mistake {
-        Mistake { at, message, help: help.to_owned() }
+    fn mistake(&self, at: Range<usize>, message: String, help: &str) -> ExpressionMistake {
+        ExpressionMistake { at, message, help: help.to_owned() }
     }
 
-    fn unexpected(&mut self, expected: &str) -> Mistake {
+    fn unexpected(&mut self, expected: &str) -> ExpressionMistake {
         let (read, at) = match self.peek() {
             Some(c) => (format!("`{}`", c.escape_debug()), self.at..self.at + c.len_utf8()),
             None => ("the end of the expression".to_owned(), self.text.len()..self.text.len()),
@@ -333,7 +337,7 @@ impl Parser<'_> {
         self.mistake(at, format!("read {read}; expected {expected}"), help)
     }
 
-    fn emit(&mut self, operation: Operation) -> Result<(), Mistake> {
+    fn emit(&mut self, operation: Operation) -> Result<(), ExpressionMistake> {
         if self.operations.len() == MOST_OPERATIONS {
             let message = format!(
                 "more than {MOST_OPERATIONS} numbers, names and operators; expected at most so many"
@@ -343,11 +347,13 @@ impl Parser<'_> {
         }
         self.operations.push(operation);
         self.held = self.held.saturating_add_signed(operation.growth());
-        if self.held > DEPTH { Err(self.too_deep()) } else { Ok(()) }
+        if self.held > EXPRESSION_DEPTH_MAX { Err(self.too_deep()) } else { Ok(()) }
     }
 
-    fn too_deep(&self) -> Mistake {
-        let message = format!("more than {DEPTH} levels deep here; expected at most {DEPTH}");
+    fn too_deep(&self) -> ExpressionMistake {
+        let message = format!(
+            "more than {EXPRESSION_DEPTH_MAX} levels deep here; expected at most {EXPRESSION_DEPTH_MAX}"
+        );
         self.mistake(
             self.at..self.at,
             message,
@@ -357,10 +363,10 @@ impl Parser<'_> {
 
     fn deeper(
         &mut self,
-        inner: impl FnOnce(&mut Self) -> Result<(), Mistake>,
-    ) -> Result<(), Mistake> {
+        inner: impl FnOnce(&mut Self) -> Result<(), ExpressionMistake>,
+    ) -> Result<(), ExpressionMistake> {
         self.nesting += 1;
-        if self.nesting > DEPTH {
+        if self.nesting > EXPRESSION_DEPTH_MAX {
             return Err(self.too_deep());
         }
         inner(self)?;
@@ -368,7 +374,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn sum(&mut self) -> Result<(), Mistake> {
+    fn sum(&mut self) -> Result<(), ExpressionMistake> {
         self.product()?;
         loop {
             let operation = match self.peek() {
@@ -382,7 +388,7 @@ impl Parser<'_> {
         }
     }
 
-    fn product(&mut self) -> Result<(), Mistake> {
+    fn product(&mut self) -> Result<(), ExpressionMistake> {
         self.signed()?;
         loop {
             let operation = match self.peek() {
@@ -396,7 +402,7 @@ impl Parser<'_> {
         }
     }
 
-    fn signed(&mut self) -> Result<(), Mistake> {
+    fn signed(&mut self) -> Result<(), ExpressionMistake> {
         let mut negative = false;
         loop {
             if self.eat('-') {
@@ -413,7 +419,7 @@ impl Parser<'_> {
         if negative { self.emit(Operation::Negate) } else { Ok(()) }
     }
 
-    fn value(&mut self) -> Result<(), Mistake> {
+    fn value(&mut self) -> Result<(), ExpressionMistake> {
         match self.peek() {
             Some('(') => self.parenthesised(1).map(|_| ()),
             Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
@@ -423,7 +429,7 @@ impl Parser<'_> {
     }
 
     /// `(`, so many sums between commas, `)`; where the operations of the last sum begin.
-    fn parenthesised(&mut self, sums: usize) -> Result<usize, Mistake> {
+    fn parenthesised(&mut self, sums: usize) -> Result<usize, ExpressionMistake> {
         let (open, mut last) = (self.at, self.operations.len());
         if !self.eat('(') {
             return Err(self.unexpected("`(`"));
@@ -449,7 +455,7 @@ impl Parser<'_> {
         Err(mistake)
     }
 
-    fn number(&mut self) -> Result<(), Mistake> {
+    fn number(&mut self) -> Result<(), ExpressionMistake> {
         let start = self.at;
         self.run(|b| b.is_ascii_digit() || b == b'.');
         if self.text[self.at..].starts_with(['e', 'E']) {
@@ -472,7 +478,7 @@ impl Parser<'_> {
         }
     }
 
-    fn name(&mut self) -> Result<(), Mistake> {
+    fn name(&mut self) -> Result<(), ExpressionMistake> {
         let span = self.run(|b| b.is_ascii_alphanumeric() || b == b'_');
         let name = &self.text[span.clone()];
         let index = |names: &[&str]| names.iter().position(|n| *n == name);
@@ -482,9 +488,9 @@ impl Parser<'_> {
         } else if let Some((_, function)) = FUNCTIONS_OF_TWO.iter().find(|(n, _)| *n == name) {
             self.parenthesised(2)?;
             self.emit(Operation::OfTwo(*function))
-        } else if let Some((_, law)) = LOOPS.iter().find(|(n, _)| *n == name) {
+        } else if let Some((_, law)) = LOOP_NAMES.iter().find(|(n, _)| *n == name) {
             self.remembering(*law, span)
-        } else if let Some(places) = self.table.filter(|_| name == TABLE) {
+        } else if let Some(places) = self.table.filter(|_| name == TABLE_FUNCTION) {
             let over_two = !places.across.is_empty();
             self.parenthesised(1 + usize::from(over_two))?;
             self.emit(if over_two { Operation::Surface } else { Operation::Table })
@@ -500,14 +506,14 @@ impl Parser<'_> {
     }
 
     /// The variable and the width of a loop whose name was read at `at`.
-    fn remembering(&mut self, law: Loop, at: Range<usize>) -> Result<(), Mistake> {
+    fn remembering(&mut self, law: Loop, at: Range<usize>) -> Result<(), ExpressionMistake> {
         let from = self.operations.len();
         let last = self.parenthesised(2)?;
         let of = &self.text[at.start..self.at];
         let help = "A loop is written as height * dahl(link, width), one in an expression: two effects at the same port add up.";
         let wrong = |expected: &str| {
             let message = format!("read `{of}`; expected {expected}");
-            Err(Mistake { at: at.start..self.at, message, help: help.to_owned() })
+            Err(ExpressionMistake { at: at.start..self.at, message, help: help.to_owned() })
         };
         let &[Operation::Variable(variable)] = &self.operations[from..last] else {
             return wrong("a variable, whose way is remembered, and then the width of the loop");
@@ -524,8 +530,8 @@ impl Parser<'_> {
         self.emit(Operation::Loop(law))
     }
 
-    fn unknown(&self, name: &str, at: Range<usize>) -> Mistake {
-        let table = self.table.map(|_| TABLE);
+    fn unknown(&self, name: &str, at: Range<usize>) -> ExpressionMistake {
+        let table = self.table.map(|_| TABLE_FUNCTION);
         let names = self.variables.iter().chain(self.parameters).copied();
         let names = names.chain(known_words()).chain(table);
         let guess =

@@ -9,7 +9,7 @@ use super::location::{Location, LocationKind};
 use super::parameter::{Parameter, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static FEED_POWER_LAW_EFFECT: EffectKind = EffectKind {
     id: "feed-power-law",
     place: LocationKind::Cell,
     equation: "F_f = c_x v_x e (|v_x| / 0.010)^(p − 1)",

@@ -10,7 +10,7 @@ use super::location::{Location, LocationKind};
 use super::parameter::{Parameter, Role};
 use crate::robot::{Port, Term};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static FIXTURE_COMPLIANCE_EFFECT: EffectKind = EffectKind {
     id: "fixture-compliance",
     place: LocationKind::Cell,
     equation: "the surface gives way by F_d/k",

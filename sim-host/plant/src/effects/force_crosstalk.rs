@@ -8,7 +8,7 @@ use super::location::{Location, LocationKind};
 use super::parameter::Parameter;
 use crate::robot::{Channel, Port, Readings, Term};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static FORCE_CROSSTALK_EFFECT: EffectKind = EffectKind {
     id: "force-crosstalk",
     place: LocationKind::Cell,
     equation: "measured lateral forces gain c_x F_z, c_y F_z",
@@ -35,7 +35,7 @@ pub(super) static KIND: EffectKind = EffectKind {
 
 /// A force sensor whose x and y read these shares of the axial force.
 pub fn effect(share: [f64; 2]) -> Effect {
-    Effect { kind: &KIND, at: Location::Cell, values: share.to_vec() }
+    Effect { kind: &FORCE_CROSSTALK_EFFECT, at: Location::Cell, values: share.to_vec() }
 }
 
 #[derive(Debug)]

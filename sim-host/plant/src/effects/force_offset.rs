@@ -9,7 +9,7 @@ use super::parameter::Parameter;
 use crate::robot::{Channel, Port, Readings, Term};
 use nalgebra::Vector3;
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static FORCE_OFFSET_EFFECT: EffectKind = EffectKind {
     id: "force-offset",
     place: LocationKind::Cell,
     equation: "measured wrench gains a constant",

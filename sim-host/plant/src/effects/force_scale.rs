@@ -8,7 +8,7 @@ use super::location::Location;
 use super::parameter::Parameter;
 use crate::robot::{Channel, Port, Readings, Term};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static FORCE_SCALE_EFFECT: EffectKind = EffectKind {
     id: "force-scale",
     equation: "recorded wrench × (1 + s)",
     shows: "deflections and process forces off in proportion to the measured force; what hangs on the flange bends the arm as it should",

@@ -1,7 +1,7 @@
 //! Expressions at the ports of the plant: what a port offers to an expression, and the term that an
 //! expression becomes.
 
-use super::expression::{Expression, Mistake, may_be_named};
+use super::expression::{Expression, ExpressionMistake, may_be_named};
 use super::location::LocationKind;
 use super::memory::Loop;
 use super::table::DefinedTable;
@@ -39,12 +39,12 @@ pub struct NamedPort {
     pub meaning: &'static str,
     /// What expressions may use there.
     pub variables: &'static [Variable],
-    target: Target,
+    target: TermTarget,
 }
 
 /// What the value is added to; a number is the axis, 0 for x.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Target {
+enum TermTarget {
     SpringTorque,
     Twist,
     MotorFriction,
@@ -77,14 +77,14 @@ const fn joined<const N: usize>(first: &[Variable], second: &[Variable]) -> [Var
     all
 }
 
-const TIME: Variable = variable("time", "s", "from the start", [0.0, 1.0, 100.0]);
-const ENCODER: Variable =
+const TIME_VARIABLE: Variable = variable("time", "s", "from the start", [0.0, 1.0, 100.0]);
+const ENCODER_VARIABLE: Variable =
     variable("encoder", "rad", "encoder angle of the joint", [0.0, 1.0, -1.0]);
 const LINK: Variable = variable("link", "rad", "link angle of the joint", [0.0, 1.0, -1.0]);
 
 /// In the order of [`joint_values`].
 static JOINT: [Variable; 7] = [
-    ENCODER,
+    ENCODER_VARIABLE,
     variable("encoder_rate", "rad/s", "rate of the encoder", [0.0, 0.1, -0.1]),
     LINK,
     variable("link_rate", "rad/s", "rate of the link", [0.0, 0.1, -0.1]),
@@ -116,10 +116,10 @@ fn joint_values(at: &JointState) -> [f64; 7] {
 }
 
 /// How fast a variable of a joint changes.
-type Rate = fn(&JointState) -> f64;
+type VariableRate = fn(&JointState) -> f64;
 
 /// The variables whose way a [`Loop`] may remember, and how they change.
-const REMEMBERED: [(&str, Rate); 3] = [
+const WAY_VARIABLES: [(&str, VariableRate); 3] = [
     ("encoder", |at| at.encoder_rate),
     ("link", |at| at.link_rate),
     ("twist", |at| at.encoder_rate - at.link_rate),
@@ -130,7 +130,7 @@ static MOTOR_SIDE: [Variable; 9] = joined(
     &JOINT,
     &[
         variable("spring_torque", "N·m", "torque that the joint's gear carries", [0.0, 1e4, -1e4]),
-        TIME,
+        TIME_VARIABLE,
     ],
 );
 
@@ -142,7 +142,7 @@ static LINK_SIDE: [Variable; 8] = joined(
 
 /// In the order of [`surface_values`].
 static SURFACE: [Variable; 9] = [
-    TIME,
+    TIME_VARIABLE,
     variable("x", "m", "tool along the seam, in W", [0.0, 0.1, 2.0]),
     variable("y", "m", "tool across the seam", [0.0, 1e-3, -1e-3]),
     variable("z", "m", "tool below the nominal surface", [0.0, 1e-3, -1e-3]),
@@ -159,7 +159,7 @@ fn surface_values(at: &ProcessPoint) -> [f64; 9] {
 }
 
 /// Those of the surface, then the forces; in the order of [`process_values`].
-static PROCESS: [Variable; 13] = joined(
+static PROCESS_VARIABLES: [Variable; 13] = joined(
     &SURFACE,
     &[
         variable("depth_force", "N", "F_d without ripple", [1e3, 1e4, 3e4]),
@@ -174,11 +174,11 @@ fn process_values(at: &ProcessPoint, force: &Vector3<f64>) -> [f64; 13] {
     [a, b, c, d, e, f, g, h, i, at.depth_force, force.x, force.y, force.z]
 }
 
-static SHIFT: [Variable; 1] = [TIME];
+static SHIFT: [Variable; 1] = [TIME_VARIABLE];
 
 /// In the order of [`instrument_values`].
-static INSTRUMENT: [Variable; 13] = [
-    TIME,
+static INSTRUMENT_VARIABLES: [Variable; 13] = [
+    TIME_VARIABLE,
     variable("px", "m", "tracker, in B", [0.0, 1.0, 2.0]),
     variable("py", "m", "tracker", [0.0, 1.0, -1.0]),
     variable("pz", "m", "tracker", [0.0, 0.5, 1.0]),
@@ -198,10 +198,13 @@ fn instrument_values(at: &Readings) -> [f64; 13] {
     [at.time, p.x, p.y, p.z, f.x, f.y, f.z, a, b, c, d, e, g]
 }
 
-static SECOND_ENCODER: [Variable; 3] = [TIME, ENCODER, LINK];
+static SECOND_ENCODER: [Variable; 3] = [TIME_VARIABLE, ENCODER_VARIABLE, LINK];
 
-static MOTOR: [Variable; 3] =
-    [TIME, ENCODER, variable("torque", "N·m", "motor torque as commanded", [0.0, 1e4, -1e4])];
+static MOTOR: [Variable; 3] = [
+    TIME_VARIABLE,
+    ENCODER_VARIABLE,
+    variable("torque", "N·m", "motor torque as commanded", [0.0, 1e4, -1e4]),
+];
 
 /// Every port that an effect in a model file may act at.
 pub static PORTS: &[NamedPort] = &[
@@ -210,97 +213,121 @@ pub static PORTS: &[NamedPort] = &[
         "N·m",
         "torque on the link, and as much less on the motor",
         &JOINT,
-        Target::SpringTorque,
+        TermTarget::SpringTorque,
     ),
-    port("twist", "rad", "more twist of the spring", &JOINT, Target::Twist),
-    port("motor-friction", "N·m", "torque against the motor", &MOTOR_SIDE, Target::MotorFriction),
-    port("link-torque", "N·m", "torque on the link", &LINK_SIDE, Target::LinkTorque),
+    port("twist", "rad", "more twist of the spring", &JOINT, TermTarget::Twist),
+    port(
+        "motor-friction",
+        "N·m",
+        "torque against the motor",
+        &MOTOR_SIDE,
+        TermTarget::MotorFriction,
+    ),
+    port("link-torque", "N·m", "torque on the link", &LINK_SIDE, TermTarget::LinkTorque),
     port(
         "process-force-x",
         "N",
         "force on the tool along x of W, in contact",
-        &PROCESS,
-        Target::ProcessForce(0),
+        &PROCESS_VARIABLES,
+        TermTarget::ProcessForce(0),
     ),
     port(
         "process-force-y",
         "N",
         "force on the tool along y of W, in contact",
-        &PROCESS,
-        Target::ProcessForce(1),
+        &PROCESS_VARIABLES,
+        TermTarget::ProcessForce(1),
     ),
     port(
         "process-force-z",
         "N",
         "force on the tool along z of W, in contact",
-        &PROCESS,
-        Target::ProcessForce(2),
+        &PROCESS_VARIABLES,
+        TermTarget::ProcessForce(2),
     ),
     port(
         "surface-height",
         "m",
         "height of the plate towards the tool",
         &SURFACE,
-        Target::SurfaceHeight,
+        TermTarget::SurfaceHeight,
     ),
-    port("tool-shift-x", "m", "displacement of the arm along x of B", &SHIFT, Target::ToolShift(0)),
-    port("tool-shift-y", "m", "displacement of the arm along y of B", &SHIFT, Target::ToolShift(1)),
-    port("tool-shift-z", "m", "displacement of the arm along z of B", &SHIFT, Target::ToolShift(2)),
+    port(
+        "tool-shift-x",
+        "m",
+        "displacement of the arm along x of B",
+        &SHIFT,
+        TermTarget::ToolShift(0),
+    ),
+    port(
+        "tool-shift-y",
+        "m",
+        "displacement of the arm along y of B",
+        &SHIFT,
+        TermTarget::ToolShift(1),
+    ),
+    port(
+        "tool-shift-z",
+        "m",
+        "displacement of the arm along z of B",
+        &SHIFT,
+        TermTarget::ToolShift(2),
+    ),
     port(
         "tracker-x",
         "m",
         "what the tracker reads more along x of B",
-        &INSTRUMENT,
-        Target::Tracker(0),
+        &INSTRUMENT_VARIABLES,
+        TermTarget::Tracker(0),
     ),
     port(
         "tracker-y",
         "m",
         "what the tracker reads more along y of B",
-        &INSTRUMENT,
-        Target::Tracker(1),
+        &INSTRUMENT_VARIABLES,
+        TermTarget::Tracker(1),
     ),
     port(
         "tracker-z",
         "m",
         "what the tracker reads more along z of B",
-        &INSTRUMENT,
-        Target::Tracker(2),
+        &INSTRUMENT_VARIABLES,
+        TermTarget::Tracker(2),
     ),
     port(
         "force-sensor-x",
         "N",
         "what the force sensor reads more along x of T",
-        &INSTRUMENT,
-        Target::ForceSensor(0),
+        &INSTRUMENT_VARIABLES,
+        TermTarget::ForceSensor(0),
     ),
     port(
         "force-sensor-y",
         "N",
         "what the force sensor reads more along y of T",
-        &INSTRUMENT,
-        Target::ForceSensor(1),
+        &INSTRUMENT_VARIABLES,
+        TermTarget::ForceSensor(1),
     ),
     port(
         "force-sensor-z",
         "N",
         "what the force sensor reads more along z of T",
-        &INSTRUMENT,
-        Target::ForceSensor(2),
+        &INSTRUMENT_VARIABLES,
+        TermTarget::ForceSensor(2),
     ),
     port(
         "link-encoder",
         "rad",
         "what the second encoder reads more",
         &SECOND_ENCODER,
-        Target::LinkEncoder,
+        TermTarget::LinkEncoder,
     ),
     port(
         "recorded-torque",
         "N·m",
         "what is recorded more as motor torque",
         &MOTOR,
-        Target::MotorTorque,
+        TermTarget::MotorTorque,
     ),
 ];
 
@@ -309,7 +336,7 @@ const fn port(
     unit: &'static str,
     meaning: &'static str,
     variables: &'static [Variable],
-    target: Target,
+    target: TermTarget,
 ) -> NamedPort {
     NamedPort { name, unit, meaning, variables, target }
 }
@@ -328,37 +355,40 @@ impl NamedPort {
     /// What an effect there is attached to.
     pub fn place(&self) -> LocationKind {
         match self.target {
-            Target::SpringTorque
-            | Target::Twist
-            | Target::MotorFriction
-            | Target::LinkTorque
-            | Target::LinkEncoder
-            | Target::MotorTorque => LocationKind::Joint,
-            Target::ProcessForce(_)
-            | Target::SurfaceHeight
-            | Target::ToolShift(_)
-            | Target::Tracker(_)
-            | Target::ForceSensor(_) => LocationKind::Cell,
+            TermTarget::SpringTorque
+            | TermTarget::Twist
+            | TermTarget::MotorFriction
+            | TermTarget::LinkTorque
+            | TermTarget::LinkEncoder
+            | TermTarget::MotorTorque => LocationKind::Joint,
+            TermTarget::ProcessForce(_)
+            | TermTarget::SurfaceHeight
+            | TermTarget::ToolShift(_)
+            | TermTarget::Tracker(_)
+            | TermTarget::ForceSensor(_) => LocationKind::Cell,
         }
     }
 
     /// True where an effect may remember the way that a joint has come.
     fn remembers(&self) -> bool {
-        matches!(self.target, Target::SpringTorque | Target::MotorFriction | Target::LinkTorque)
+        matches!(
+            self.target,
+            TermTarget::SpringTorque | TermTarget::MotorFriction | TermTarget::LinkTorque
+        )
     }
 
     fn of_the_plant(&self, joint: usize) -> Port {
         match self.target {
-            Target::SpringTorque | Target::Twist => Port::SpringTorque(joint),
-            Target::MotorFriction => Port::MotorFriction(joint),
-            Target::LinkTorque => Port::LinkTorque(joint),
-            Target::ProcessForce(_) => Port::ProcessForce,
-            Target::SurfaceHeight => Port::PlateSurface,
-            Target::ToolShift(_) => Port::BaseFrame,
-            Target::Tracker(_) => Port::SensorChannel(Channel::Tracker),
-            Target::ForceSensor(_) => Port::SensorChannel(Channel::Wrench),
-            Target::LinkEncoder => Port::SensorChannel(Channel::LinkEncoder),
-            Target::MotorTorque => Port::SensorChannel(Channel::MotorTorque),
+            TermTarget::SpringTorque | TermTarget::Twist => Port::SpringTorque(joint),
+            TermTarget::MotorFriction => Port::MotorFriction(joint),
+            TermTarget::LinkTorque => Port::LinkTorque(joint),
+            TermTarget::ProcessForce(_) => Port::ProcessForce,
+            TermTarget::SurfaceHeight => Port::PlateSurface,
+            TermTarget::ToolShift(_) => Port::BaseFrame,
+            TermTarget::Tracker(_) => Port::SensorChannel(Channel::Tracker),
+            TermTarget::ForceSensor(_) => Port::SensorChannel(Channel::Wrench),
+            TermTarget::LinkEncoder => Port::SensorChannel(Channel::LinkEncoder),
+            TermTarget::MotorTorque => Port::SensorChannel(Channel::MotorTorque),
         }
     }
 }
@@ -415,7 +445,7 @@ pub struct Formula {
     pub definition: Definition,
     expression: Expression,
     /// How the variable changes whose way is remembered.
-    way: Option<Rate>,
+    way: Option<VariableRate>,
 }
 
 impl Definition {
@@ -428,14 +458,14 @@ impl Definition {
     /// The expression, checked: every parameter occurs in it, and at `values` and with each
     /// parameter in turn at its `low` and `high` it is finite wherever the port's variables may
     /// well be.
-    pub(super) fn checked(&self, values: &[f64]) -> Result<Expression, Mistake> {
+    pub(super) fn checked(&self, values: &[f64]) -> Result<Expression, ExpressionMistake> {
         let variables: Vec<&str> = self.port.variables.iter().map(|v| v.name).collect();
         let names: Vec<&str> = self.named().iter().map(|p| p.name.as_str()).collect();
         let table = self.table.as_ref().map(|table| &table.places);
         let expression = Expression::parse_with_table(&self.expression, &variables, &names, table)?;
         let whole = 0..self.expression.len();
         let mistake = |message, help: &str| {
-            Err(Mistake { at: whole.clone(), message, help: help.to_owned() })
+            Err(ExpressionMistake { at: whole.clone(), message, help: help.to_owned() })
         };
         if let Some((_, unused)) =
             self.parameters.iter().enumerate().find(|(i, _)| !expression.has_parameter(*i))
@@ -462,8 +492,8 @@ impl Definition {
                 );
                 return mistake(message, "Only there the plant keeps what an effect remembers.");
             }
-            if REMEMBERED.iter().all(|(known, _)| *known != name) {
-                let names = REMEMBERED.map(|(name, _)| name).join(", ");
+            if WAY_VARIABLES.iter().all(|(known, _)| *known != name) {
+                let names = WAY_VARIABLES.map(|(name, _)| name).join(", ");
                 let message = format!("a loop over `{name}`; expected one of {names}");
                 return mistake(message, "What is remembered is the way of a joint.");
             }
@@ -539,7 +569,7 @@ impl Formula {
     pub(super) fn new(definition: Definition, expression: Expression) -> Self {
         let of = |variable: usize| {
             let name = definition.port.variables[variable].name;
-            REMEMBERED.iter().find(|(known, _)| *known == name).map(|(_, way)| *way)
+            WAY_VARIABLES.iter().find(|(known, _)| *known == name).map(|(_, way)| *way)
         };
         let way = expression.variable_remembered().and_then(of);
         Self { definition, expression, way }
@@ -560,7 +590,7 @@ impl Formula {
 #[derive(Debug)]
 struct Own {
     formula: &'static Formula,
-    target: Target,
+    target: TermTarget,
     joint: usize,
     values: Box<[f64]>,
 }
@@ -586,13 +616,13 @@ impl Own {
 
 impl Term for Own {
     fn torsion(&self, at: &JointState) -> f64 {
-        if self.target == Target::Twist { self.at(&joint_values(at)) } else { 0.0 }
+        if self.target == TermTarget::Twist { self.at(&joint_values(at)) } else { 0.0 }
     }
 
     fn spring_torque(&self, at: &JointState) -> f64 {
         let [a, b, c, d, e, f, g] = joint_values(at);
         match self.target {
-            Target::SpringTorque => self.at(&[a, b, c, d, e, f, g, at.remembered]),
+            TermTarget::SpringTorque => self.at(&[a, b, c, d, e, f, g, at.remembered]),
             _ => 0.0,
         }
     }
@@ -624,14 +654,14 @@ impl Term for Own {
 
     fn shift(&self, time: f64) -> Vector3<f64> {
         match self.target {
-            Target::ToolShift(axis) => self.along(axis, &[time]),
+            TermTarget::ToolShift(axis) => self.along(axis, &[time]),
             _ => Vector3::zeros(),
         }
     }
 
     fn process_force(&self, at: &ProcessPoint, force: Vector3<f64>) -> Vector3<f64> {
         match self.target {
-            Target::ProcessForce(axis) => force + self.along(axis, &process_values(at, &force)),
+            TermTarget::ProcessForce(axis) => force + self.along(axis, &process_values(at, &force)),
             _ => force,
         }
     }
@@ -642,13 +672,13 @@ impl Term for Own {
 
     fn sense(&self, readings: &mut Readings) {
         match self.target {
-            Target::Tracker(axis) => {
+            TermTarget::Tracker(axis) => {
                 readings.tcp_position += self.along(axis, &instrument_values(readings))
             }
-            Target::ForceSensor(axis) => {
+            TermTarget::ForceSensor(axis) => {
                 readings.force += self.along(axis, &instrument_values(readings))
             }
-            Target::MotorTorque => {
+            TermTarget::MotorTorque => {
                 let (encoder, torque) =
                     (readings.encoder[self.joint], readings.motor_torque[self.joint]);
                 readings.motor_torque[self.joint] += self.at(&[readings.time, encoder, torque]);

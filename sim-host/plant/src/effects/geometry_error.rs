@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use trueweld_core::Pose;
 use trueweld_core::spatial::rotation_from_vector;
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static GEOMETRY_ERROR_EFFECT: EffectKind = EffectKind {
     id: "geometry-error",
     place: LocationKind::Joint,
     equation: "the link behind the joint is mounted off by a small rigid motion, p' = exp(r) p + t in the frame of that link; tool and later joints go with it",
@@ -50,5 +50,5 @@ pub(super) static KIND: EffectKind = EffectKind {
 
 /// The link behind a joint, from 0, mounted off: translation, m, then rotation vector, rad.
 pub fn effect(joint: usize, motion: [f64; 6]) -> Effect {
-    Effect { kind: &KIND, at: Location::Joint(joint), values: motion.to_vec() }
+    Effect { kind: &GEOMETRY_ERROR_EFFECT, at: Location::Joint(joint), values: motion.to_vec() }
 }

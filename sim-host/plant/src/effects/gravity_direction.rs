@@ -9,7 +9,7 @@ use super::parameter::Parameter;
 use nalgebra::Vector3;
 use trueweld_core::spatial::rotation_from_vector;
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static GRAVITY_DIRECTION_EFFECT: EffectKind = EffectKind {
     id: "gravity-direction",
     equation: "gravity turned by (rx, ry, 0) about B's axes",
     shows: "torque and sag of A1 as a wave of its angle, larger at far reach; the other joints' gravity a little off",

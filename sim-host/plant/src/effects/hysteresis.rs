@@ -9,7 +9,7 @@ use super::location::LocationKind;
 use super::parameter::{Parameter, Role};
 use crate::robot::{JointState, Port, Term};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static HYSTERESIS_EFFECT: EffectKind = EffectKind {
     id: "hysteresis",
     place: LocationKind::Joint,
     equation: "τ_s gains T z, dz/dδ = (1 − z sgn δ̇)/δh",

@@ -8,7 +8,7 @@ use super::location::LocationKind;
 use super::parameter::Parameter;
 use crate::robot::{JointState, Port, Term, ValueDerivative};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static JOINT_FRICTION_EFFECT: EffectKind = EffectKind {
     id: "joint-friction",
     place: LocationKind::Joint,
     equation: "τ_f gains c tanh(θ̇_E/smoothing) + v θ̇_E",

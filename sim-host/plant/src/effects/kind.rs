@@ -5,7 +5,7 @@
 use super::curve::Curve;
 use super::draw::Draw;
 use super::formula::Formula;
-use super::location::{CHANNELS, Location, LocationKind};
+use super::location::{INSTRUMENT_NAMES, Location, LocationKind};
 use super::parameter::{Parameter, Role};
 use crate::input::{Process, RobotFile, did_you_mean};
 use crate::robot::{Channel, JointState, Port, Ports, Term, TooManyStates, mount, remembers};
@@ -227,7 +227,7 @@ impl EffectKind {
         match self.place {
             LocationKind::Joint => (0..JOINTS).map(Location::Joint).collect(),
             LocationKind::Channel => {
-                CHANNELS.map(|(_, channel)| Location::Channel(channel)).to_vec()
+                INSTRUMENT_NAMES.map(|(_, channel)| Location::Channel(channel)).to_vec()
             }
             LocationKind::Cell => vec![Location::Cell],
         }
@@ -274,9 +274,9 @@ impl EffectKind {
                 found.map(Location::Joint).ok_or_else(joints)
             }
             LocationKind::Channel => {
-                let found = CHANNELS.iter().find(|(name, _)| *name == written);
+                let found = INSTRUMENT_NAMES.iter().find(|(name, _)| *name == written);
                 let names = || {
-                    let names = CHANNELS.map(|(name, _)| name);
+                    let names = INSTRUMENT_NAMES.map(|(name, _)| name);
                     let guess = did_you_mean(written, names);
                     wrong(format!("one of the channels {}{guess}", names.join(", ")))
                 };
@@ -341,7 +341,7 @@ impl Effect {
         match self.at {
             Location::Joint(joint) => &robot.joint_names[joint],
             Location::Channel(channel) => {
-                CHANNELS.iter().find(|(_, c)| *c == channel).map_or("", |(name, _)| name)
+                INSTRUMENT_NAMES.iter().find(|(_, c)| *c == channel).map_or("", |(name, _)| name)
             }
             Location::Cell => "",
         }

@@ -8,7 +8,7 @@ use super::location::{Location, LocationKind};
 use super::parameter::Parameter;
 use crate::robot::{Channel, Port, Readings, Term};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static LINK_ENCODER_OFFSET_EFFECT: EffectKind = EffectKind {
     id: "link-encoder-offset",
     place: LocationKind::Joint,
     equation: "second encoder reads o more",

@@ -8,7 +8,7 @@ use super::location::{Location, LocationKind};
 use super::parameter::{Parameter, Role};
 use crate::robot::{Channel, Port, Readings, Term};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static LINK_ENCODER_RIPPLE_EFFECT: EffectKind = EffectKind {
     id: "link-encoder-ripple",
     place: LocationKind::Joint,
     equation: "second encoder reads A sin(n θ + φ) more; no torque goes with it",

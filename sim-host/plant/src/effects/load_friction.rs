@@ -8,7 +8,7 @@ use super::location::{Location, LocationKind};
 use super::parameter::Parameter;
 use crate::robot::{JointState, Port, Term, ValueDerivative};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static LOAD_FRICTION_EFFECT: EffectKind = EffectKind {
     id: "load-friction",
     place: LocationKind::Joint,
     equation: "τ_f gains μ abs(τ_s) tanh(θ̇_E/smoothing)",

@@ -25,7 +25,7 @@ pub enum Location {
 }
 
 /// Names of the instruments on the command line and in files.
-pub(super) const CHANNELS: [(&str, Channel); 4] = [
+pub(super) const INSTRUMENT_NAMES: [(&str, Channel); 4] = [
     ("tracker", Channel::Tracker),
     ("wrench", Channel::Wrench),
     ("torque", Channel::MotorTorque),

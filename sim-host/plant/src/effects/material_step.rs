@@ -9,7 +9,7 @@ use super::parameter::{Parameter, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 use nalgebra::Vector3;
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static MATERIAL_STEP_EFFECT: EffectKind = EffectKind {
     id: "material-step",
     place: LocationKind::Cell,
     equation: "all process forces × (1 + a) beyond path position x0",

@@ -11,7 +11,7 @@
 
 /// How fast a state turns round at most, 1/s: what a loop far narrower than the way of a millisecond
 /// does is not resolved in time.
-const FASTEST: f64 = 1e3;
+const MEMORY_RATE_MAX: f64 = 1e3;
 
 /// An operator with a memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,7 +23,7 @@ pub enum Loop {
 }
 
 /// Their names in expressions.
-pub(super) const LOOPS: [(&str, Loop); 2] = [("dahl", Loop::Dahl), ("play", Loop::Play)];
+pub(super) const LOOP_NAMES: [(&str, Loop); 2] = [("dahl", Loop::Dahl), ("play", Loop::Play)];
 
 impl Loop {
     /// What it gives at `u` with this state.
@@ -38,12 +38,12 @@ impl Loop {
     /// Rate of the state at a rate of `u`.
     #[inline]
     pub fn rate(self, u_rate: f64, width: f64, state: f64) -> f64 {
-        let way = (u_rate / width).clamp(-FASTEST, FASTEST);
+        let way = (u_rate / width).clamp(-MEMORY_RATE_MAX, MEMORY_RATE_MAX);
         match self {
             Self::Dahl => way - state * way.abs(),
             // At its end it stays there, where a step may have taken it a little beyond.
             Self::Play if state.abs() >= 1.0 && state * way >= 0.0 => {
-                (state.signum() - state) * FASTEST
+                (state.signum() - state) * MEMORY_RATE_MAX
             }
             Self::Play => way,
         }

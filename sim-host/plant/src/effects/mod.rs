@@ -64,44 +64,44 @@ use crate::input::{RobotFile, did_you_mean};
 use std::sync::OnceLock;
 
 /// The effects of this crate: one line each.
-static TABLE: &[&EffectKind] = &[
-    &stiffness_error::KIND,
-    &damping_error::KIND,
-    &nonlinear_stiffness::KIND,
-    &backlash::KIND,
-    &hysteresis::KIND,
-    &joint_friction::KIND,
-    &stribeck::KIND,
-    &asymmetric_friction::KIND,
-    &transmission_error::KIND,
-    &wrist_coupling::KIND,
-    &bearing_tilt::KIND,
-    &base_compliance::KIND,
-    &counterbalance_loss::KIND,
-    &payload_error::KIND,
-    &encoder_offset::KIND,
-    &link_encoder_offset::KIND,
-    &link_encoder_ripple::KIND,
-    &tracker_registration::KIND,
-    &thermal_drift::KIND,
-    &force_crosstalk::KIND,
-    &force_offset::KIND,
-    &channel_delay::KIND,
-    &process_stiffness_error::KIND,
-    &drag_error::KIND,
-    &thermal_softening::KIND,
-    &feed_power_law::KIND,
-    &advancing_side::KIND,
-    &spindle_harmonic::KIND,
-    &plate_waviness::KIND,
-    &fixture_compliance::KIND,
-    &material_step::KIND,
-    &load_friction::KIND,
-    &torque_ripple::KIND,
-    &torque_scale::KIND,
-    &force_scale::KIND,
-    &gravity_direction::KIND,
-    &geometry_error::KIND,
+static EFFECTS: &[&EffectKind] = &[
+    &stiffness_error::STIFFNESS_ERROR_EFFECT,
+    &damping_error::DAMPING_ERROR_EFFECT,
+    &nonlinear_stiffness::NONLINEAR_STIFFNESS_EFFECT,
+    &backlash::BACKLASH_EFFECT,
+    &hysteresis::HYSTERESIS_EFFECT,
+    &joint_friction::JOINT_FRICTION_EFFECT,
+    &stribeck::STRIBECK_EFFECT,
+    &asymmetric_friction::ASYMMETRIC_FRICTION_EFFECT,
+    &transmission_error::TRANSMISSION_ERROR_EFFECT,
+    &wrist_coupling::WRIST_COUPLING_EFFECT,
+    &bearing_tilt::BEARING_TILT_EFFECT,
+    &base_compliance::BASE_COMPLIANCE_EFFECT,
+    &counterbalance_loss::COUNTERBALANCE_LOSS_EFFECT,
+    &payload_error::PAYLOAD_ERROR_EFFECT,
+    &encoder_offset::ENCODER_OFFSET_EFFECT,
+    &link_encoder_offset::LINK_ENCODER_OFFSET_EFFECT,
+    &link_encoder_ripple::LINK_ENCODER_RIPPLE_EFFECT,
+    &tracker_registration::TRACKER_REGISTRATION_EFFECT,
+    &thermal_drift::THERMAL_DRIFT_EFFECT,
+    &force_crosstalk::FORCE_CROSSTALK_EFFECT,
+    &force_offset::FORCE_OFFSET_EFFECT,
+    &channel_delay::CHANNEL_DELAY_EFFECT,
+    &process_stiffness_error::PROCESS_STIFFNESS_ERROR_EFFECT,
+    &drag_error::DRAG_ERROR_EFFECT,
+    &thermal_softening::THERMAL_SOFTENING_EFFECT,
+    &feed_power_law::FEED_POWER_LAW_EFFECT,
+    &advancing_side::ADVANCING_SIDE_EFFECT,
+    &spindle_harmonic::SPINDLE_HARMONIC_EFFECT,
+    &plate_waviness::PLATE_WAVINESS_EFFECT,
+    &fixture_compliance::FIXTURE_COMPLIANCE_EFFECT,
+    &material_step::MATERIAL_STEP_EFFECT,
+    &load_friction::LOAD_FRICTION_EFFECT,
+    &torque_ripple::TORQUE_RIPPLE_EFFECT,
+    &torque_scale::TORQUE_SCALE_EFFECT,
+    &force_scale::FORCE_SCALE_EFFECT,
+    &gravity_direction::GRAVITY_DIRECTION_EFFECT,
+    &geometry_error::GEOMETRY_ERROR_EFFECT,
 ];
 
 /// Effects from outside this crate.
@@ -109,7 +109,7 @@ static INSTALLED: OnceLock<Vec<&'static EffectKind>> = OnceLock::new();
 
 /// Effects that cannot join the library.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum InstallError {
+pub enum EffectInstallError {
     /// An effect without an identifier.
     #[error("an effect has no identifier: expected `id` to be stated")]
     NoId,
@@ -130,25 +130,25 @@ pub enum InstallError {
 /// command lines, diagnosis and plans then know them beside this crate's.
 ///
 /// # Errors
-/// [`InstallError`].
-pub fn install(kinds: Vec<&'static EffectKind>) -> Result<(), InstallError> {
+/// [`EffectInstallError`].
+pub fn install(kinds: Vec<&'static EffectKind>) -> Result<(), EffectInstallError> {
     for (i, kind) in kinds.iter().enumerate() {
         if kind.id.is_empty() {
-            return Err(InstallError::NoId);
+            return Err(EffectInstallError::NoId);
         }
         if matches!(kind.action, Action::Unstated) {
-            return Err(InstallError::NoAction(kind.id));
+            return Err(EffectInstallError::NoAction(kind.id));
         }
-        if TABLE.iter().chain(&kinds[..i]).any(|known| known.id == kind.id) {
-            return Err(InstallError::SameId(kind.id));
+        if EFFECTS.iter().chain(&kinds[..i]).any(|known| known.id == kind.id) {
+            return Err(EffectInstallError::SameId(kind.id));
         }
     }
-    INSTALLED.set(kinds).map_err(|_| InstallError::Again)
+    INSTALLED.set(kinds).map_err(|_| EffectInstallError::Again)
 }
 
 /// Every effect that there is, this crate's first.
 pub fn library() -> impl Iterator<Item = &'static EffectKind> + Clone {
-    TABLE.iter().chain(INSTALLED.get().into_iter().flatten()).copied()
+    EFFECTS.iter().chain(INSTALLED.get().into_iter().flatten()).copied()
 }
 
 impl EffectKind {
@@ -235,8 +235,8 @@ mod tests {
         static NAMELESS: EffectKind =
             EffectKind { action: Action::Process(|_, _| {}), ..EffectKind::DEFAULT };
         static IDLE: EffectKind = EffectKind { id: "idle", ..EffectKind::DEFAULT };
-        assert_eq!(install(vec![&NAMELESS]), Err(InstallError::NoId));
-        assert_eq!(install(vec![&IDLE]), Err(InstallError::NoAction("idle")));
+        assert_eq!(install(vec![&NAMELESS]), Err(EffectInstallError::NoId));
+        assert_eq!(install(vec![&IDLE]), Err(EffectInstallError::NoAction("idle")));
         assert!(library().all(|kind| !matches!(kind.action, Action::Unstated)));
     }
 }

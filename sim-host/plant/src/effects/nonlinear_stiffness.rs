@@ -8,7 +8,7 @@ use super::location::LocationKind;
 use super::parameter::{Parameter, Role};
 use crate::robot::{Port, Term};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static NONLINEAR_STIFFNESS_EFFECT: EffectKind = EffectKind {
     id: "nonlinear-stiffness",
     place: LocationKind::Joint,
     equation: "elastic part of τ_s = K δ (1 + β (1 − exp(−(δ/δc)²)))",

@@ -9,7 +9,7 @@ use super::location::{Location, LocationKind};
 use super::parameter::Parameter;
 use nalgebra::Vector3;
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static PAYLOAD_ERROR_EFFECT: EffectKind = EffectKind {
     id: "payload-error",
     place: LocationKind::Cell,
     equation: "tool mass + m, its centre + (x, y, z) in the last link's frame",

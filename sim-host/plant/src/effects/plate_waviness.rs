@@ -9,7 +9,7 @@ use super::parameter::{Parameter, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 use std::f64::consts::TAU;
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static PLATE_WAVINESS_EFFECT: EffectKind = EffectKind {
     id: "plate-waviness",
     place: LocationKind::Cell,
     equation: "surface height along the path A sin(2π x/λ + φ), positive towards the tool",

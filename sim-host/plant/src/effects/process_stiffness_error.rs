@@ -7,7 +7,7 @@ use super::kind::{Action, EffectKind};
 use super::location::{Location, LocationKind};
 use super::parameter::Parameter;
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static PROCESS_STIFFNESS_ERROR_EFFECT: EffectKind = EffectKind {
     id: "process-stiffness-error",
     place: LocationKind::Cell,
     equation: "k_z → k_z (1 + e)",

@@ -6,7 +6,7 @@ use super::location::{Location, LocationKind};
 use super::parameter::{Parameter, Role};
 use crate::input::Ripple;
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static SPINDLE_HARMONIC_EFFECT: EffectKind = EffectKind {
     id: "spindle-harmonic",
     place: LocationKind::Cell,
     equation: "one more ripple order: each force × (1 + … + amplitude sin(order φ + phase))",

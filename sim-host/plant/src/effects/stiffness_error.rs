@@ -7,7 +7,7 @@ use super::kind::{Action, Calibration, CalibrationScope, Effect, EffectKind};
 use super::location::{Location, LocationKind};
 use super::parameter::Parameter;
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static STIFFNESS_ERROR_EFFECT: EffectKind = EffectKind {
     id: "stiffness-error",
     place: LocationKind::Joint,
     equation: "K → K (1 + e)",
@@ -27,5 +27,5 @@ pub(super) static KIND: EffectKind = EffectKind {
 
 /// A joint, from 0, whose drive is stiffer by this share.
 pub fn effect(joint: usize, relative: f64) -> Effect {
-    Effect { kind: &KIND, at: Location::Joint(joint), values: vec![relative] }
+    Effect { kind: &STIFFNESS_ERROR_EFFECT, at: Location::Joint(joint), values: vec![relative] }
 }

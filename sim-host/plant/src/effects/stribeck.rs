@@ -8,7 +8,7 @@ use super::location::LocationKind;
 use super::parameter::{Parameter, Role};
 use crate::robot::{JointState, Port, Term, ValueDerivative};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static STRIBECK_EFFECT: EffectKind = EffectKind {
     id: "stribeck",
     place: LocationKind::Joint,
     equation: "τ_f gains s tanh(θ̇_E/smoothing) exp(−(θ̇_E/vs)²)",

@@ -102,7 +102,7 @@ pub struct DefinedTable {
 }
 
 /// Most places of one table.
-pub const MOST_PLACES: usize = 64;
+pub const TABLE_PLACES_MAX: usize = 64;
 
 /// Names of the values of a table: `y1` and so on.
 const VALUE: &str = "y";

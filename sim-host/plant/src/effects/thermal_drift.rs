@@ -9,7 +9,7 @@ use super::parameter::{Parameter, Role};
 use crate::robot::{Port, Term};
 use nalgebra::Vector3;
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static THERMAL_DRIFT_EFFECT: EffectKind = EffectKind {
     id: "thermal-drift",
     place: LocationKind::Cell,
     equation: "TCP gains v (1 − exp(−t/T)) in B, t from the log's start",

@@ -9,7 +9,7 @@ use super::parameter::{Parameter, Role};
 use crate::robot::{Port, ProcessPoint, Term};
 use nalgebra::Vector3;
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static THERMAL_SOFTENING_EFFECT: EffectKind = EffectKind {
     id: "thermal-softening",
     place: LocationKind::Cell,
     equation: "all process forces × (1 − a (1 − exp(−t/T))), at the same depth and speed",

@@ -10,7 +10,7 @@ use super::location::LocationKind;
 use super::parameter::{Parameter, Role};
 use crate::robot::{JointState, Port, Term, ValueDerivative};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static TORQUE_RIPPLE_EFFECT: EffectKind = EffectKind {
     id: "torque-ripple",
     place: LocationKind::Joint,
     equation: "Γ acting on the motor = commanded Γ + A sin(n θ_E + φ); what is recorded as motor torque is the commanded one",

@@ -8,7 +8,7 @@ use super::location::{Location, LocationKind};
 use super::parameter::Parameter;
 use crate::robot::{Channel, Port, Readings, Term};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static TORQUE_SCALE_EFFECT: EffectKind = EffectKind {
     id: "torque-scale",
     place: LocationKind::Joint,
     equation: "recorded motor torque × (1 + s)",

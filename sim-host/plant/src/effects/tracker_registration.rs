@@ -10,7 +10,7 @@ use crate::robot::{Channel, Port, Readings, Term};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static TRACKER_REGISTRATION_EFFECT: EffectKind = EffectKind {
     id: "tracker-registration",
     place: LocationKind::Cell,
     equation: "tracker pose = small rigid motion of the true pose: p' = exp(r) p + t about B's origin",
@@ -51,7 +51,7 @@ pub(super) static KIND: EffectKind = EffectKind {
 
 /// A tracker registered wrongly: translation, m, then rotation vector, rad.
 pub fn effect(motion: [f64; 6]) -> Effect {
-    Effect { kind: &KIND, at: Location::Cell, values: motion.to_vec() }
+    Effect { kind: &TRACKER_REGISTRATION_EFFECT, at: Location::Cell, values: motion.to_vec() }
 }
 
 #[derive(Debug)]

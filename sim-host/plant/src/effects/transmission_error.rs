@@ -8,7 +8,7 @@ use super::location::LocationKind;
 use super::parameter::{Parameter, Role};
 use crate::robot::{JointState, Port, Term};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static TRANSMISSION_ERROR_EFFECT: EffectKind = EffectKind {
     id: "transmission-error",
     place: LocationKind::Joint,
     equation: "δ = θ_E + A sin(n θ_E + φ) − θ",

@@ -8,7 +8,7 @@ use super::location::{Location, LocationKind};
 use super::parameter::Parameter;
 use crate::robot::{JointState, Port, Term};
 
-pub(super) static KIND: EffectKind = EffectKind {
+pub(super) static WRIST_COUPLING_EFFECT: EffectKind = EffectKind {
     id: "wrist-coupling",
     place: LocationKind::Joint,
     equation: "δ of this joint gains ρ θ_E of the joint before it",

@@ -3,7 +3,7 @@
 use super::quantity::{Judgement, Quantity, quantity};
 
 /// No quantity of a welding cell in SI units is larger than this; beyond it products overflow.
-const LARGEST: f64 = 1e12;
+const QUANTITY_MAX: f64 = 1e12;
 
 /// What a number must be. Every number must also be finite and at most 10¹² in magnitude, a product
 /// of two quantities at most its square.
@@ -30,7 +30,7 @@ pub enum Bounds<'k> {
 impl Bounds<'_> {
     /// Largest magnitude.
     pub(super) fn largest(self) -> f64 {
-        if self == Self::Product { LARGEST * LARGEST } else { LARGEST }
+        if self == Self::Product { QUANTITY_MAX * QUANTITY_MAX } else { QUANTITY_MAX }
     }
 
     pub(super) fn hold(self, x: f64) -> bool {

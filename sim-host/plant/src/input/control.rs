@@ -1,7 +1,7 @@
 //! Gains of the three hybrid force/position controllers and limits of the compensation:
 //! `control/1`.
 
-use super::{FileKind, InputError, InputFile, Table};
+use super::{FileKind, InputError, InputFile, TomlTable};
 use trueweld_compensators::{Entry, FollowingGains, GainTables, Setup, find, library};
 use trueweld_core::JointVector;
 use trueweld_core::compensation::LoopLimits;
@@ -59,7 +59,7 @@ const JOINT_KEYS: [&str; 3] = ["position_kp_nm_rad", "position_ki_nm_rad_s", "po
 impl InputFile for Control {
     const KIND: FileKind = FileKind::Control;
 
-    fn from_root(root: &Table<'_>) -> Result<Self, InputError> {
+    fn from_root(root: &TomlTable<'_>) -> Result<Self, InputError> {
         root.only(&[
             "schema",
             "period_s",
@@ -90,11 +90,12 @@ impl Control {
 }
 
 /// Where the range of a gain comes from.
-const RANGE: &str = "The law cannot be built with this gain at the control period of this file.";
+const GAIN_RANGE_SOURCE: &str =
+    "The law cannot be built with this gain at the control period of this file.";
 
 /// The `[law.NAME]` tables: each must name a law and gains that the law has, with values that it
 /// can be built with.
-fn laws(root: &Table<'_>, setup: &Setup<f64>) -> Result<GainTables, InputError> {
+fn laws(root: &TomlTable<'_>, setup: &Setup<f64>) -> Result<GainTables, InputError> {
     let mut gains = GainTables::new();
     if !root.has("law") {
         return Ok(gains);
@@ -107,20 +108,20 @@ fn laws(root: &Table<'_>, setup: &Setup<f64>) -> Result<GainTables, InputError> 
         let table = laws.table(law.name())?;
         gains.insert(law.name().to_owned(), table.like(&law.defaults())?);
         law.build(&gains, setup).map_err(|error| match error.key {
-            Some(key) if table.has(key) => table.wrong(key, &error.problem, RANGE),
+            Some(key) if table.has(key) => table.wrong(key, &error.problem, GAIN_RANGE_SOURCE),
             _ => laws.wrong(law.name(), "gains that suit the law", error.to_string()),
         })?;
     }
     Ok(gains)
 }
 
-fn joint(table: &Table<'_>) -> Result<JointGains<f64>, InputError> {
+fn joint(table: &TomlTable<'_>) -> Result<JointGains<f64>, InputError> {
     let [kp, ki, kd] = JOINT_KEYS;
     let gains = |key| table.quantities::<6>(key).map(JointVector::from);
     Ok(JointGains { kp: gains(kp)?, ki: gains(ki)?, kd: gains(kd)? })
 }
 
-fn parallel(table: &Table<'_>) -> Result<ParallelGains, InputError> {
+fn parallel(table: &TomlTable<'_>) -> Result<ParallelGains, InputError> {
     let own = [
         "force_kp",
         "force_ki_1_s",
@@ -141,7 +142,7 @@ fn parallel(table: &Table<'_>) -> Result<ParallelGains, InputError> {
     })
 }
 
-fn external(table: &Table<'_>) -> Result<CascadeGains, InputError> {
+fn external(table: &TomlTable<'_>) -> Result<CascadeGains, InputError> {
     let own = [
         "force_kp_m_n",
         "force_ki_m_ns",
@@ -166,7 +167,7 @@ fn external(table: &Table<'_>) -> Result<CascadeGains, InputError> {
     })
 }
 
-fn compensation(table: &Table<'_>) -> Result<CompensationLimits, InputError> {
+fn compensation(table: &TomlTable<'_>) -> Result<CompensationLimits, InputError> {
     table.only(&[
         "bandwidth_hz",
         "max_translation_m",

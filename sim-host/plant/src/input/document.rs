@@ -1,16 +1,17 @@
 //! Typed access to a TOML file in which every value knows its place.
 //!
-//! A reader opens a [`Document`], states the keys a [`Table`] may have ([`Table::only`]) and asks
-//! for values with the [`Bounds`](super::Bounds) they must keep. Whatever does not fit becomes an [`InputError`]
-//! that names file, line, table, key, what was read and what was expected. The unit in a message is
-//! taken from the key's ending (`stiffness_nm_rad`), so that it cannot contradict the file. Left
-//! out: defaults. A number that is not in the file is an error.
+//! A reader opens a [`TomlDocument`], states the keys a [`TomlTable`] may have
+//! ([`TomlTable::only`]) and asks for values with the [`Bounds`](super::Bounds) they must keep.
+//! Whatever does not fit becomes an [`InputError`] that names file, line, table, key, what was read
+//! and what was expected. The unit in a message is taken from the key's ending
+//! (`stiffness_nm_rad`), so that it cannot contradict the file. Left out: defaults. A number that
+//! is not in the file is an error.
 
 use super::error::{InputError, Source};
 use super::nearest::nearest;
-use super::table::Table;
+use super::table::TomlTable;
 use super::value::Text;
-use super::{FileKind, KINDS};
+use super::{FILE_KINDS, FileKind};
 use std::ops::Range;
 use toml::de::DeTable;
 use toml_parser::lexer::TokenKind;
@@ -20,12 +21,12 @@ const TOO_DEEP: usize = 100;
 
 /// A TOML file that parsed, with the place of every value.
 #[derive(Debug)]
-pub struct Document<'a> {
+pub struct TomlDocument<'a> {
     source: Source,
     root: DeTable<'a>,
 }
 
-impl<'a> Document<'a> {
+impl<'a> TomlDocument<'a> {
     /// Parses TOML; `name` is what errors call the file.
     ///
     /// # Errors
@@ -61,8 +62,8 @@ impl<'a> Document<'a> {
     }
 
     /// The top-level table.
-    pub fn root(&self) -> Table<'_> {
-        Table {
+    pub fn root(&self) -> TomlTable<'_> {
+        TomlTable {
             source: &self.source,
             table: &self.root,
             place: "at the top level".to_owned(),
@@ -75,19 +76,19 @@ impl<'a> Document<'a> {
     ///
     /// # Errors
     /// `schema` missing or another one.
-    pub fn root_of(&self, schema: &str) -> Result<Table<'_>, InputError> {
+    pub fn root_of(&self, schema: &str) -> Result<TomlTable<'_>, InputError> {
         self.root_of_one(&[schema])
     }
 
-    /// As [`Document::root_of`], of one of several schemas.
+    /// As [`TomlDocument::root_of`], of one of several schemas.
     ///
     /// # Errors
-    /// As [`Document::root_of`].
-    pub fn root_of_one(&self, schemas: &[&str]) -> Result<Table<'_>, InputError> {
+    /// As [`TomlDocument::root_of`].
+    pub fn root_of_one(&self, schemas: &[&str]) -> Result<TomlTable<'_>, InputError> {
         let root = self.root();
         let found = self.schema()?;
         if !schemas.contains(&found.text) {
-            let what = KINDS.iter().find(|k| k.schemas().contains(&found.text));
+            let what = FILE_KINDS.iter().find(|k| k.schemas().contains(&found.text));
             let found_is = what.map(|k| format!(", {}", k.describe())).unwrap_or_default();
             let quoted: Vec<_> = schemas.iter().map(|schema| format!("\"{schema}\"")).collect();
             let expected = format!("expected {}", quoted.join(" or "));
@@ -100,11 +101,11 @@ impl<'a> Document<'a> {
     /// The kind of file, by its `schema`.
     ///
     /// # Errors
-    /// `schema` missing, or none of [`KINDS`].
+    /// `schema` missing, or none of [`FILE_KINDS`].
     pub fn kind(&self) -> Result<FileKind, InputError> {
         let found = self.schema()?;
-        KINDS.into_iter().find(|k| k.schemas().contains(&found.text)).ok_or_else(|| {
-            let near = nearest(found.text, KINDS.map(FileKind::schema));
+        FILE_KINDS.into_iter().find(|k| k.schemas().contains(&found.text)).ok_or_else(|| {
+            let near = nearest(found.text, FILE_KINDS.map(FileKind::schema));
             let guess = near.map(|s| format!(" Did you mean \"{s}\"?")).unwrap_or_default();
             let message =
                 format!("`schema` is {:?}; expected one of the kinds that exist", found.text);
@@ -166,6 +167,6 @@ fn too_deep(text: &str) -> Option<Range<usize>> {
 
 fn list_of_kinds() -> String {
     let list: Vec<_> =
-        KINDS.iter().map(|k| format!("\"{}\" ({})", k.schema(), k.describe())).collect();
+        FILE_KINDS.iter().map(|k| format!("\"{}\" ({})", k.schema(), k.describe())).collect();
     format!("The kinds of file are {}.", list.join(", "))
 }

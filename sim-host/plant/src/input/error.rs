@@ -42,7 +42,7 @@ impl InputError {
 }
 
 /// Characters of a line that an error shows to either side of the mistake.
-const SHOWN: usize = 80;
+const SHOWN_LINE_CHARACTERS: usize = 80;
 
 /// Text without what a terminal obeys instead of showing: control characters but line feed and tab,
 /// and marks that turn the direction of writing. Each becomes one visible character.
@@ -137,12 +137,16 @@ impl Source {
         let (line, end_of_line) = line_around(text, start);
         let end = text.floor_char_boundary(span.end.clamp(start, end_of_line));
         let number = self.line + text[..line].matches('\n').count();
-        let from = line.max(text.floor_char_boundary(start.saturating_sub(SHOWN)));
-        let until = text.floor_char_boundary(end.min(start + 2 * SHOWN) + SHOWN).min(end_of_line);
+        let from = line.max(text.floor_char_boundary(start.saturating_sub(SHOWN_LINE_CHARACTERS)));
+        let until = text
+            .floor_char_boundary(end.min(start + 2 * SHOWN_LINE_CHARACTERS) + SHOWN_LINE_CHARACTERS)
+            .min(end_of_line);
         let whole = from == line && until == end_of_line;
         let neighbour = |at: usize| {
             let (from, end) = line_around(text, at);
-            printable(&text[from..text.floor_char_boundary(from + 2 * SHOWN).min(end)])
+            printable(
+                &text[from..text.floor_char_boundary(from + 2 * SHOWN_LINE_CHARACTERS).min(end)],
+            )
         };
         let mut shown = String::new();
         if whole && line > 0 {

@@ -30,7 +30,7 @@ pub mod weld;
 
 pub use bounds::Bounds;
 pub use control::{CascadeGains, CompensationLimits, Control, ParallelGains};
-pub use document::Document;
+pub use document::TomlDocument;
 pub use error::{InputError, Source, printable};
 pub use file::{
     InputReader, files_read, folder_of, hash_of_file, may_write_into, open, read_text,
@@ -44,7 +44,7 @@ pub use quantity::{Quantity, check_option, quantity, warnings};
 pub use relation::Relation;
 pub use robot::RobotFile;
 pub use sensors::{ForceSensor, SeamSensor, Sensors};
-pub use table::Table;
+pub use table::TomlTable;
 pub use unit::{unit_of, unit_suffix};
 pub use urdf::{import_urdf, import_urdf_text};
 pub use value::{FILL_IN, Text};
@@ -79,7 +79,7 @@ pub enum FileKind {
 }
 
 /// Every kind of input file.
-pub const KINDS: [FileKind; 10] = [
+pub const FILE_KINDS: [FileKind; 10] = [
     FileKind::Robot,
     FileKind::Process,
     FileKind::Weld,
@@ -151,7 +151,7 @@ pub trait InputFile: Sized {
     ///
     /// # Errors
     /// The first thing that does not fit, with its place.
-    fn from_root(root: &Table<'_>) -> Result<Self, InputError>;
+    fn from_root(root: &TomlTable<'_>) -> Result<Self, InputError>;
 
     /// Reads a file.
     ///
@@ -167,7 +167,7 @@ pub trait InputFile: Sized {
     /// # Errors
     /// As [`InputFile::from_root`]; text of another kind of file.
     fn parse(text: &str, name: &str) -> Result<Self, InputError> {
-        let document = Document::parse(text, name)?;
+        let document = TomlDocument::parse(text, name)?;
         Self::from_root(&document.root_of_one(Self::KIND.schemas())?)
     }
 }
@@ -178,5 +178,5 @@ pub trait InputFile: Sized {
 /// A file that cannot be read, or is not TOML.
 pub fn open_entries(path: impl AsRef<Path>) -> Result<Vec<InputError>, InputError> {
     let (name, text) = read_text(path.as_ref())?;
-    Ok(Document::parse(&text, &name)?.open_entries())
+    Ok(TomlDocument::parse(&text, &name)?.open_entries())
 }

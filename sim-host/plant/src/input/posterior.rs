@@ -15,12 +15,12 @@
 //! covariance = [1e-6, 0.0, 4e-12]  # lower triangle, row by row
 //! ```
 
-use super::table::Table;
+use super::table::TomlTable;
 use super::{Bounds, InputError, did_you_mean};
 use crate::effects::{EffectKind, Location};
 
 /// Most numbers of a posterior.
-const MOST: usize = 400;
+const POSTERIOR_NUMBERS_MAX: usize = 400;
 
 /// One measured number: a parameter of an effect.
 #[derive(Debug, Clone)]
@@ -89,7 +89,7 @@ impl Posterior {
 
     /// Reads the table. `kind`: the effect of an identifier, `at`: its place as it is written.
     pub(super) fn read(
-        table: &Table<'_>,
+        table: &TomlTable<'_>,
         kind: impl Fn(&str) -> Option<&'static EffectKind>,
         at: impl Fn(&'static EffectKind, &str) -> Result<Location, String>,
     ) -> Result<Self, InputError> {
@@ -120,7 +120,7 @@ impl Posterior {
             let list = if count == 0 && !table.has(key) {
                 Vec::new()
             } else {
-                table.list(key, MOST * (MOST + 1) / 2, bounds)?
+                table.list(key, POSTERIOR_NUMBERS_MAX * (POSTERIOR_NUMBERS_MAX + 1) / 2, bounds)?
             };
             if list.len() == count {
                 return Ok(list);
@@ -131,8 +131,10 @@ impl Posterior {
         let values = lists("values", Bounds::Any, count)?;
         let between = lists("between_logs", Bounds::NonNegative, count)?;
         let covariance = lists("covariance", Bounds::Product, count * (count + 1) / 2)?;
-        if places.len() != count || count > MOST {
-            let expected = format!("{count} places, one for each of `names`, and at most {MOST}");
+        if places.len() != count || count > POSTERIOR_NUMBERS_MAX {
+            let expected = format!(
+                "{count} places, one for each of `names`, and at most {POSTERIOR_NUMBERS_MAX}"
+            );
             return Err(table.wrong("at", &expected, "\"\" for an effect of the whole cell."));
         }
         let mut numbers: Vec<MeasuredNumber> = Vec::new();

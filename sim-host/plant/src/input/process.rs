@@ -1,7 +1,7 @@
 //! The welding process: `process/1`.
 
 use super::relation::Relation;
-use super::{FileKind, InputError, InputFile, Table};
+use super::{FileKind, InputError, InputFile, TomlTable};
 
 /// Macroscopic three-axis visco-elastic model of friction stir welding, in the weld frame W
 /// (x along the weld, z along the tool into the material).
@@ -51,7 +51,7 @@ type OfProcess = fn(&Process) -> f64;
 /// Relations of a process. Grades: of the tool from the practice of friction stir welding; of the
 /// macroscopic model a factor of seven about the published lap weld, from which the numbers of
 /// others are scaled.
-pub static RELATIONS: [Relation<OfProcess>; 7] = [
+pub static PROCESS_RELATIONS: [Relation<OfProcess>; 7] = [
     // 2 kN on a pin of 5 mm for soft sheet, 18 kN for a lap weld in 2024.
     Relation {
         key: "pin_diameter_m",
@@ -115,11 +115,11 @@ pub static RELATIONS: [Relation<OfProcess>; 7] = [
 ];
 
 /// A number of the process by its key: one place, or one for every order of the ripple.
-type Numbers = (&'static str, fn(&mut Process) -> Vec<&mut f64>);
+type ProcessNumber = (&'static str, fn(&mut Process) -> Vec<&mut f64>);
 
 impl Process {
     /// Every number that a file states, by its key; those of the ripple as `ripple.axial`.
-    pub const NUMBERS: [Numbers; 14] = [
+    pub const NUMBERS: [ProcessNumber; 14] = [
         ("depth_stiffness_n_m", |p| vec![&mut p.depth_stiffness]),
         ("depth_damping_ns_m", |p| vec![&mut p.depth_damping]),
         ("feed_drag_ns_m", |p| vec![&mut p.feed_drag]),
@@ -140,7 +140,7 @@ impl Process {
 impl InputFile for Process {
     const KIND: FileKind = FileKind::Process;
 
-    fn from_root(root: &Table<'_>) -> Result<Self, InputError> {
+    fn from_root(root: &TomlTable<'_>) -> Result<Self, InputError> {
         root.only(&[
             "schema",
             "depth_stiffness_n_m",
@@ -174,14 +174,14 @@ impl InputFile for Process {
                 Vec::new()
             },
         };
-        for relation in &RELATIONS {
+        for relation in &PROCESS_RELATIONS {
             relation.check((relation.of)(&process), &|key| root.place_of(key));
         }
         Ok(process)
     }
 }
 
-fn ripple(table: &Table<'_>) -> Result<Ripple, InputError> {
+fn ripple(table: &TomlTable<'_>) -> Result<Ripple, InputError> {
     table.only(&["order", "axial", "in_plane", "phase_rad"])?;
     Ok(Ripple {
         order: table.quantity("order")?,

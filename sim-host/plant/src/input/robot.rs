@@ -1,6 +1,6 @@
 //! The robot with its tool: `robot/1`.
 
-use super::{Bounds, FileKind, InputError, InputFile, Table};
+use super::{Bounds, FileKind, InputError, InputFile, TomlTable};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::{
     COUNTERBALANCE_POINTS, COUNTERBALANCE_TERMS, Counterbalance, Friction, JOINTS, JointParameters,
@@ -32,7 +32,7 @@ impl PartialEq for RobotFile {
 impl InputFile for RobotFile {
     const KIND: FileKind = FileKind::Robot;
 
-    fn from_root(root: &Table<'_>) -> Result<Self, InputError> {
+    fn from_root(root: &TomlTable<'_>) -> Result<Self, InputError> {
         root.only(&[
             "schema",
             "name",
@@ -96,7 +96,7 @@ impl InputFile for RobotFile {
     }
 }
 
-fn joint(table: &Table<'_>) -> Result<JointParameters<f64>, InputError> {
+fn joint(table: &TomlTable<'_>) -> Result<JointParameters<f64>, InputError> {
     table.only(&[
         "name",
         "origin_m",
@@ -126,7 +126,7 @@ fn joint(table: &Table<'_>) -> Result<JointParameters<f64>, InputError> {
     })
 }
 
-fn inertia(table: &Table<'_>) -> Result<Matrix3<f64>, InputError> {
+fn inertia(table: &TomlTable<'_>) -> Result<Matrix3<f64>, InputError> {
     let t = table.table("inertia_kg_m2")?;
     t.only(&["xx", "yy", "zz", "xy", "xz", "yz"])?;
     let [xx, yy, zz] = [t.quantity("xx")?, t.quantity("yy")?, t.quantity("zz")?];
@@ -134,7 +134,7 @@ fn inertia(table: &Table<'_>) -> Result<Matrix3<f64>, InputError> {
     Ok(Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz))
 }
 
-fn friction(table: &Table<'_>) -> Result<Friction<f64>, InputError> {
+fn friction(table: &TomlTable<'_>) -> Result<Friction<f64>, InputError> {
     table.only(&["viscous_nms_rad", "coulomb_nm", "smoothing_rad_s"])?;
     Ok(Friction {
         viscous: table.quantities("viscous_nms_rad")?.into(),
@@ -143,7 +143,7 @@ fn friction(table: &Table<'_>) -> Result<Friction<f64>, InputError> {
     })
 }
 
-fn counterbalance(table: &Table<'_>) -> Result<Counterbalance<f64>, InputError> {
+fn counterbalance(table: &TomlTable<'_>) -> Result<Counterbalance<f64>, InputError> {
     table.only(&["cos_nm", "phase_rad", "angle_deg", "torque_nm"])?;
     let list = |key, most| {
         if table.has(key) { table.list(key, most, Bounds::Of(key)) } else { Ok(Vec::new()) }
@@ -169,7 +169,7 @@ fn counterbalance(table: &Table<'_>) -> Result<Counterbalance<f64>, InputError> 
     Ok(Counterbalance { cosine: cosine.into_iter().collect(), phase, table: points.collect() })
 }
 
-fn tool(table: &Table<'_>) -> Result<ToolParameters<f64>, InputError> {
+fn tool(table: &TomlTable<'_>) -> Result<ToolParameters<f64>, InputError> {
     table.only(&[
         "flange_offset_m",
         "mass_kg",
@@ -194,12 +194,12 @@ fn tool(table: &Table<'_>) -> Result<ToolParameters<f64>, InputError> {
 fn explain(
     error: ModelError,
     parameters: &RobotParameters<f64>,
-    root: &Table<'_>,
-    joints: &[Table<'_>],
-    friction: &Table<'_>,
-    tool: &Table<'_>,
+    root: &TomlTable<'_>,
+    joints: &[TomlTable<'_>],
+    friction: &TomlTable<'_>,
+    tool: &TomlTable<'_>,
 ) -> InputError {
-    let body = |table: &Table<'_>, mass: f64, inertia: &Matrix3<f64>| {
+    let body = |table: &TomlTable<'_>, mass: f64, inertia: &Matrix3<f64>| {
         if mass < 0.0 {
             return table.wrong("mass_kg", "a mass not below 0", "Check its sign.");
         }

@@ -1,6 +1,6 @@
 //! What the controller's sensors add to the truth: `sensors/1`.
 
-use super::{FileKind, InputError, InputFile, Table};
+use super::{FileKind, InputError, InputFile, TomlTable};
 use trueweld_core::control::ForceSensorLimits;
 
 /// The sensors of one cell.
@@ -77,7 +77,7 @@ pub struct ForceSensor {
 
 /// A number of the sensors by its key: one place, or one for every joint or axis. None where the
 /// cell has no seam sensor.
-type Numbers = (&'static str, fn(&mut Sensors) -> Vec<&mut f64>);
+type SensorNumber = (&'static str, fn(&mut Sensors) -> Vec<&mut f64>);
 
 fn of_seam<'s>(
     sensors: &'s mut Sensors,
@@ -88,7 +88,7 @@ fn of_seam<'s>(
 
 impl Sensors {
     /// Every number that a file states, by table and key.
-    pub const NUMBERS: [Numbers; 26] = [
+    pub const NUMBERS: [SensorNumber; 26] = [
         ("encoder.resolution_rad", |s| s.encoder_resolution.iter_mut().collect()),
         ("torque.noise_nm", |s| s.torque_noise.iter_mut().collect()),
         ("force.noise_n", |s| vec![&mut s.force.noise_force]),
@@ -121,7 +121,7 @@ impl Sensors {
 impl InputFile for Sensors {
     const KIND: FileKind = FileKind::Sensors;
 
-    fn from_root(root: &Table<'_>) -> Result<Self, InputError> {
+    fn from_root(root: &TomlTable<'_>) -> Result<Self, InputError> {
         root.only(&["schema", "seed", "encoder", "torque", "force", "seam"])?;
         let seed = root.integer("seed")?;
         let encoder = root.table("encoder")?;
@@ -171,16 +171,16 @@ impl InputFile for Sensors {
 }
 
 /// What a file may state of an instrument; `without` where it does not.
-fn optional(table: &Table<'_>, key: &str, without: f64) -> Result<f64, InputError> {
+fn optional(table: &TomlTable<'_>, key: &str, without: f64) -> Result<f64, InputError> {
     if table.has(key) { table.quantity(key) } else { Ok(without) }
 }
 
 /// The same of three axes.
-fn errors(table: &Table<'_>, key: &str) -> Result<[f64; 3], InputError> {
+fn errors(table: &TomlTable<'_>, key: &str) -> Result<[f64; 3], InputError> {
     if table.has(key) { table.quantities(key) } else { Ok([0.0; 3]) }
 }
 
-fn seam(table: &Table<'_>) -> Result<SeamSensor, InputError> {
+fn seam(table: &TomlTable<'_>) -> Result<SeamSensor, InputError> {
     table.only(&[
         "ahead_m",
         "noise_m",

@@ -5,7 +5,7 @@ use super::error::{InputError, Source};
 use super::nearest::nearest;
 use super::quantity::quantity;
 use super::unit::unit_of;
-use super::value::{FILL_IN, Text, Value};
+use super::value::{FILL_IN, Text, TomlValue};
 use nalgebra::Vector3;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use toml::de::{DeTable, DeValue};
 
 /// One table of a [`Document`](super::Document).
 #[derive(Debug, Clone)]
-pub struct Table<'d> {
+pub struct TomlTable<'d> {
     pub(super) source: &'d Source,
     pub(super) table: &'d DeTable<'d>,
     pub(super) place: String,
@@ -21,7 +21,7 @@ pub struct Table<'d> {
     pub(super) span: Range<usize>,
 }
 
-impl<'d> Table<'d> {
+impl<'d> TomlTable<'d> {
     /// Refuses every key that is not listed.
     ///
     /// # Errors
@@ -86,7 +86,7 @@ impl<'d> Table<'d> {
         keys.into_iter().map(|key| key.get_ref().as_ref()).collect()
     }
 
-    fn value(&self, key: &str, expected: &str) -> Result<Value<'d>, InputError> {
+    fn value(&self, key: &str, expected: &str) -> Result<TomlValue<'d>, InputError> {
         let Some((name, value)) = self.table.get_key_value(key) else {
             let message = format!("missing key `{key}` {}; expected {expected}", self.place);
             let help = format!("Add `{key} = …` {}: {expected}.", self.place);
@@ -97,7 +97,7 @@ impl<'d> Table<'d> {
                 help,
             ));
         };
-        let value = Value {
+        let value = TomlValue {
             source: self.source,
             value: value.get_ref(),
             span: value.span(),
@@ -114,7 +114,7 @@ impl<'d> Table<'d> {
     ///
     /// # Errors
     /// Missing, or not a table.
-    pub fn table(&self, key: &str) -> Result<Table<'d>, InputError> {
+    pub fn table(&self, key: &str) -> Result<TomlTable<'d>, InputError> {
         let value = self.value(key, "a table")?;
         match value.value {
             DeValue::Table(table) => {
@@ -125,7 +125,7 @@ impl<'d> Table<'d> {
                 };
                 // A table made by dotted keys has no header of its own; its key stands in.
                 let span = if value.span.is_empty() { value.key_span } else { value.span };
-                Ok(Table { source: self.source, table, place, span })
+                Ok(TomlTable { source: self.source, table, place, span })
             }
             _ => {
                 Err(value
@@ -138,7 +138,7 @@ impl<'d> Table<'d> {
     ///
     /// # Errors
     /// Missing, or not a list of tables.
-    pub fn tables(&self, key: &str) -> Result<Vec<Table<'d>>, InputError> {
+    pub fn tables(&self, key: &str) -> Result<Vec<TomlTable<'d>>, InputError> {
         let expected = format!("[[{key}]] tables");
         let help = format!("Write each as a [[{key}]] header with its keys below it.");
         let value = self.value(key, &expected)?;
@@ -148,7 +148,7 @@ impl<'d> Table<'d> {
         let tables = items.iter().enumerate().map(|(i, item)| match item.get_ref() {
             DeValue::Table(table) => {
                 let place = format!("in [[{key}]] {}", i + 1);
-                Ok(Table { source: self.source, table, place, span: item.span() })
+                Ok(TomlTable { source: self.source, table, place, span: item.span() })
             }
             _ => Err(value.entry(i, item).wrong(&expected, help.clone())),
         });
@@ -201,10 +201,10 @@ impl<'d> Table<'d> {
         self.quantity_as(key, key)
     }
 
-    /// As [`Table::quantity`], of a quantity that goes by another name than its key.
+    /// As [`TomlTable::quantity`], of a quantity that goes by another name than its key.
     ///
     /// # Errors
-    /// As [`Table::quantity`].
+    /// As [`TomlTable::quantity`].
     pub fn quantity_as(&self, key: &str, name: &str) -> Result<f64, InputError> {
         let expected = Bounds::Of(name).describe(unit_of(key));
         self.value(key, &expected)?.number(Bounds::Of(name), &expected)
@@ -213,7 +213,7 @@ impl<'d> Table<'d> {
     /// Exactly `N` numbers under a key of the table of quantities.
     ///
     /// # Errors
-    /// As [`Table::numbers`] and [`Table::quantity`].
+    /// As [`TomlTable::numbers`] and [`TomlTable::quantity`].
     pub fn quantities<const N: usize>(&self, key: &str) -> Result<[f64; N], InputError> {
         self.numbers(key, Bounds::Of(key))
     }
@@ -262,7 +262,7 @@ impl<'d> Table<'d> {
     /// Three numbers under a key: a vector's x, y, z.
     ///
     /// # Errors
-    /// As [`Table::numbers`].
+    /// As [`TomlTable::numbers`].
     pub fn vector(&self, key: &str) -> Result<Vector3<f64>, InputError> {
         self.quantities::<3>(key).map(Vector3::from)
     }

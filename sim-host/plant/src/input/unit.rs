@@ -1,7 +1,7 @@
 //! Units by the endings of keys and columns.
 
 /// Endings of keys and the units they stand for, longer endings before those they end in.
-const UNITS: &[(&str, &str)] = &[
+const KEY_UNITS: &[(&str, &str)] = &[
     ("_nm_rad_s", "N·m/(rad·s)"),
     ("_nms_rad", "N·m·s/rad"),
     ("_nm_rad", "N·m/rad"),
@@ -30,7 +30,7 @@ const UNITS: &[(&str, &str)] = &[
 
 /// A name without the ending that states its unit, and the unit as messages write it.
 pub fn unit_suffix(name: &str) -> Option<(&str, &'static str)> {
-    UNITS.iter().find_map(|(suffix, unit)| Some((name.strip_suffix(suffix)?, *unit)))
+    KEY_UNITS.iter().find_map(|(suffix, unit)| Some((name.strip_suffix(suffix)?, *unit)))
 }
 
 /// The unit that a key or a column states by its ending, as messages write it.
@@ -44,7 +44,7 @@ mod tests {
 
     #[test]
     fn no_ending_hides_a_longer_one() {
-        for (k, (long, unit)) in UNITS.iter().enumerate() {
+        for (k, (long, unit)) in KEY_UNITS.iter().enumerate() {
             assert_eq!(unit_suffix(&format!("x{long}")), Some(("x", *unit)), "entry {k}");
         }
     }

@@ -21,7 +21,7 @@ pub struct Text<'d> {
 }
 
 /// A value, its place and how it is called in errors.
-pub(super) struct Value<'d> {
+pub(super) struct TomlValue<'d> {
     pub source: &'d Source,
     pub value: &'d DeValue<'d>,
     pub span: Range<usize>,
@@ -29,9 +29,9 @@ pub(super) struct Value<'d> {
     pub what: String,
 }
 
-impl<'d> Value<'d> {
-    pub fn entry(&self, index: usize, item: &'d Spanned<DeValue<'d>>) -> Value<'d> {
-        Value {
+impl<'d> TomlValue<'d> {
+    pub fn entry(&self, index: usize, item: &'d Spanned<DeValue<'d>>) -> TomlValue<'d> {
+        TomlValue {
             source: self.source,
             value: item.get_ref(),
             span: item.span(),

@@ -1,17 +1,17 @@
 //! The weld to make: `weld/1`, a straight one, and `weld/2`, along any path.
 
 use super::relation::Relation;
-use super::{Bounds, FileKind, InputError, InputFile, Process, Table};
+use super::{Bounds, FileKind, InputError, InputFile, Process, TomlTable};
 use crate::path::{Joined, LEAST_RADIUS, Path, PathError, PathPoint};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::sync::Arc;
 use trueweld_core::Twist;
 
 /// How far a stated unit vector's length may be from 1.
-const UNIT: f64 = 1e-6;
+const NORMAL_LENGTH_TOLERANCE: f64 = 1e-6;
 
 /// Below this sine between tool axis and path there is no direction across the weld to speak of.
-const LEAST_SINE: f64 = 1e-3;
+const TOOL_AXIS_SINE_MIN: f64 = 1e-3;
 
 /// Most points of a path.
 const MOST_POINTS: usize = 1000;
@@ -89,18 +89,18 @@ impl RealSeam {
         Self { by: Twist::zero(), wave: None }
     }
 
-    fn read(table: &Table<'_>) -> Result<Self, InputError> {
-        const MOVED: [&str; 6] =
+    fn read(table: &TomlTable<'_>) -> Result<Self, InputError> {
+        const MOVED_KEYS: [&str; 6] =
             ["shift_x_m", "shift_y_m", "shift_z_m", "turn_x_rad", "turn_y_rad", "turn_z_rad"];
-        const WAVE: [&str; 3] = ["wave_m", "wave_length_m", "wave_phase_rad"];
-        table.only(&[&MOVED[..], &WAVE].concat())?;
+        const WAVE_KEYS: [&str; 3] = ["wave_m", "wave_length_m", "wave_phase_rad"];
+        table.only(&[&MOVED_KEYS[..], &WAVE_KEYS].concat())?;
         let or_none = |key| if table.has(key) { table.quantity(key) } else { Ok(0.0) };
         let mut by = [0.0; 6];
-        for (value, key) in by.iter_mut().zip(MOVED) {
+        for (value, key) in by.iter_mut().zip(MOVED_KEYS) {
             *value = or_none(key)?;
         }
         let [x, y, z, turns @ ..] = by;
-        let wave = if WAVE.iter().any(|key| table.has(key)) {
+        let wave = if WAVE_KEYS.iter().any(|key| table.has(key)) {
             Some(Wave {
                 amplitude: table.quantity("wave_m")?,
                 length: table.quantity("wave_length_m")?,
@@ -128,7 +128,7 @@ impl RealSeam {
 type OfWeld = fn(&Weld, &Process) -> f64;
 
 /// Relations of a weld and the process that it is planned with, graded as those of a process.
-pub static RELATIONS: [Relation<OfWeld>; 4] = [
+pub static WELD_RELATIONS: [Relation<OfWeld>; 4] = [
     Relation {
         key: "force_n",
         with: &["reference_force_n"],
@@ -168,7 +168,7 @@ pub static RELATIONS: [Relation<OfWeld>; 4] = [
 /// Warns of implausible relations of a weld and the process that it is planned with. `place`: where
 /// a key of the weld file stands.
 pub fn check_weld(weld: &Weld, process: &Process, place: impl Fn(&str) -> String) {
-    for relation in &RELATIONS {
+    for relation in &WELD_RELATIONS {
         relation.check((relation.of)(weld, process), &place);
     }
 }
@@ -176,7 +176,7 @@ pub fn check_weld(weld: &Weld, process: &Process, place: impl Fn(&str) -> String
 impl InputFile for Weld {
     const KIND: FileKind = FileKind::Weld;
 
-    fn from_root(root: &Table<'_>) -> Result<Self, InputError> {
+    fn from_root(root: &TomlTable<'_>) -> Result<Self, InputError> {
         match root.text("schema")?.text {
             "weld/1" => Self::straight(root),
             _ => Self::along_path(root),
@@ -192,7 +192,7 @@ impl Weld {
     }
 
     /// A `weld/1`.
-    fn straight(root: &Table<'_>) -> Result<Self, InputError> {
+    fn straight(root: &TomlTable<'_>) -> Result<Self, InputError> {
         root.only(&[
             "schema",
             "start_m",
@@ -213,7 +213,7 @@ impl Weld {
             let help = "A weld needs a length: move `end_m` away from `start_m`.";
             return Err(root.wrong("end_m", "a point other than `start_m`", help));
         }
-        if (axis.norm() - 1.0).abs() > UNIT {
+        if (axis.norm() - 1.0).abs() > NORMAL_LENGTH_TOLERANCE {
             let expected = format!("a vector of length 1, not {}", axis.norm());
             let help = match axis.try_normalize(1e-12) {
                 Some(unit) => {
@@ -224,7 +224,7 @@ impl Weld {
             return Err(root.wrong("tool_axis", &expected, help));
         }
         let tool_axis = axis.normalize();
-        if tool_axis.cross(&path.normalize()).norm() < LEAST_SINE {
+        if tool_axis.cross(&path.normalize()).norm() < TOOL_AXIS_SINE_MIN {
             let expected = "a direction that is not parallel to the path from `start_m` to `end_m`";
             return Err(root.wrong(
                 "tool_axis",
@@ -252,7 +252,7 @@ impl Weld {
     }
 
     /// A `weld/2`.
-    fn along_path(root: &Table<'_>) -> Result<Self, InputError> {
+    fn along_path(root: &TomlTable<'_>) -> Result<Self, InputError> {
         root.only(&[
             "schema",
             "joined",
@@ -282,8 +282,9 @@ impl Weld {
         // A line through two points with one normal is a straight seam and nothing else.
         let axis = -first.normal.normalize();
         let along = (last.position - first.position).normalize();
-        let is_straight =
-            points.len() == 2 && first.normal == last.normal && along.dot(&axis).abs() < UNIT;
+        let is_straight = points.len() == 2
+            && first.normal == last.normal
+            && along.dot(&axis).abs() < NORMAL_LENGTH_TOLERANCE;
         let (length, (_, start)) = (path.length(), path.at(0.0));
         let or_none = |key| if root.has(key) { root.quantity(key) } else { Ok(0.0) };
         let feed = root.quantity("feed_m_s")?;
@@ -332,7 +333,10 @@ impl Weld {
     }
 
     /// The points of a path, from the part's frame into B.
-    fn points(root: &Table<'_>, tables: &[Table<'_>]) -> Result<Vec<PathPoint>, InputError> {
+    fn points(
+        root: &TomlTable<'_>,
+        tables: &[TomlTable<'_>],
+    ) -> Result<Vec<PathPoint>, InputError> {
         let (position, rotation) = if root.has("part") {
             let part = root.table("part")?;
             part.only(&["position_m", "abc_deg"])?;
@@ -346,7 +350,7 @@ impl Weld {
             let expected = format!("at most {MOST_POINTS} [[point]] tables");
             return Err(root.wrong_key("point", &expected, "A spline needs far fewer."));
         }
-        let read = |table: &Table<'_>| {
+        let read = |table: &TomlTable<'_>| {
             table.only(&["at_m", "normal"])?;
             Ok(PathPoint {
                 position: position + rotation * table.vector("at_m")?,
@@ -358,7 +362,7 @@ impl Weld {
 }
 
 /// `joined` and `corner_radius_m`.
-fn joined(root: &Table<'_>) -> Result<Joined, InputError> {
+fn joined(root: &TomlTable<'_>) -> Result<Joined, InputError> {
     let radius =
         if root.has("corner_radius_m") { Some(root.quantity("corner_radius_m")?) } else { None };
     match (root.text("joined")?.text, radius) {
@@ -388,7 +392,7 @@ fn joined(root: &Table<'_>) -> Result<Joined, InputError> {
 }
 
 /// What a path cannot be made of, at its place in the file.
-fn at_fault(root: &Table<'_>, tables: &[Table<'_>], why: &PathError) -> InputError {
+fn at_fault(root: &TomlTable<'_>, tables: &[TomlTable<'_>], why: &PathError) -> InputError {
     let (point, key, help) = match *why {
         PathError::TooFew => {
             let help = "Write two [[point]] tables or more, each with at_m and normal.";
@@ -431,7 +435,7 @@ fn at_fault(root: &Table<'_>, tables: &[Table<'_>], why: &PathError) -> InputErr
 /// The `[[feed]]` tables: where the feed changes, and to what. A change takes as long as the rise from
 /// standstill does for as much.
 fn feeds(
-    root: &Table<'_>,
+    root: &TomlTable<'_>,
     first: f64,
     ramp: f64,
     length: f64,

@@ -4,11 +4,8 @@
 //! makes the system stiff, but its error is known. Source: Dormand, Prince 1980; step control after
 //! Hairer, Nørsett, Wanner I, II.4.
 
-use crate::cell::{Cell, Evaluation, STATES, State};
-use nalgebra::SVector;
+use crate::cell::{Cell, Evaluation, STATES, State, StateVector};
 use trueweld_core::JointVector;
-
-type Vector = SVector<f64, STATES>;
 
 const NODES: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
 const STAGES: [[f64; 6]; 7] = [
@@ -64,7 +61,7 @@ pub fn advance(
 ) -> Option<State> {
     let mut y = state.0;
     let mut done = 0.0;
-    let mut k: [Vector; 7] = [cell.driven(at.rates, torque); 7];
+    let mut k: [StateVector; 7] = [cell.driven(at.rates, torque); 7];
     while done < span {
         let remaining = span - done;
         let last = *suggested >= remaining;

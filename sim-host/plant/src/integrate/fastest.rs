@@ -16,11 +16,11 @@ use trueweld_core::{JOINTS, JointVector};
 const STABLE: f64 = 2.785;
 
 /// |λ| h where the step is made smaller for a mode's sake.
-const FOLLOWED: f64 = 1.5;
+const MODE_STEP_MAX: f64 = 1.5;
 
 /// Fastest mode that is followed, rad/s: beyond it, a second of motion takes some hundred thousand
 /// steps, and no drive train swings there.
-const FASTEST: f64 = TAU * 10e3;
+const FOLLOWED_RATE_MAX: f64 = TAU * 10e3;
 
 /// The fastest motion of links on their springs and dampers, motors held.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,11 +47,11 @@ impl std::fmt::Display for TooFast {
             let settles = format!(
                 "settles within {:.2} µs by its damper; {:.0} µs is the least",
                 1e6 / rate,
-                1e6 / FASTEST
+                1e6 / FOLLOWED_RATE_MAX
             );
             (settles, "damping_nms_rad")
         } else {
-            let (own, most) = (1e-3 * rate / TAU, 1e-3 * FASTEST / TAU);
+            let (own, most) = (1e-3 * rate / TAU, 1e-3 * FOLLOWED_RATE_MAX / TAU);
             (
                 format!("swings at {own:.1} kHz on its spring; {most:.0} kHz is the most"),
                 "stiffness_nm_rad",
@@ -85,7 +85,7 @@ impl FastestMode {
     /// # Errors
     /// A mode that is too fast.
     pub fn followed(self) -> Result<Self, TooFast> {
-        if self.rate > FASTEST { Err(TooFast(self)) } else { Ok(self) }
+        if self.rate > FOLLOWED_RATE_MAX { Err(TooFast(self)) } else { Ok(self) }
     }
 }
 
@@ -121,7 +121,7 @@ fn stiffest(robot: &ElasticRobot) -> [JointVector<f64>; 2] {
     /// Shares of the largest torque.
     const LOADS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
     /// Differences for the slopes, rad and rad/s.
-    const DIFFERENCE: f64 = 1e-7;
+    const MODE_SLOPE_DIFFERENCE: f64 = 1e-7;
     let mut held = [*robot.model.stiffness(), *robot.model.damping()];
     for i in (0..JOINTS).filter(|i| !robot.spring_is_plain(*i)) {
         let torque = |twist: f64, rate: f64| {
@@ -133,7 +133,7 @@ fn stiffest(robot: &ElasticRobot) -> [JointVector<f64>; 2] {
         };
         let most = robot.model.parameters().joints[i].max_torque / robot.model.stiffness()[i];
         let slopes = LOADS.map(|load| {
-            let (twist, by) = (load * most, DIFFERENCE);
+            let (twist, by) = (load * most, MODE_SLOPE_DIFFERENCE);
             let rise = torque(twist + by, 0.0) - torque(twist - by, 0.0);
             [rise, torque(twist, by) - torque(twist, -by)].map(|rise| 0.5 * rise / by)
         });
@@ -166,7 +166,7 @@ pub fn substeps(
         let Some(mode) = FastestMode::of(robot, &link) else { continue };
         let rate = mode.followed()?.rate;
         if !is_stable(rate) {
-            needed = needed.max((whole * rate / FOLLOWED).ceil() as usize);
+            needed = needed.max((whole * rate / MODE_STEP_MAX).ceil() as usize);
         }
     }
     Ok(needed)

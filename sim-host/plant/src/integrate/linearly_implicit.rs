@@ -14,8 +14,8 @@
 //!
 //! [`ElasticRobot::link_acceleration_near`]: crate::robot::ElasticRobot::link_acceleration_near
 
-use crate::cell::{Cell, Evaluation, STATES, State};
-use nalgebra::{Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
+use crate::cell::{Cell, Evaluation, State, StateVector};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3};
 use trueweld_core::JointVector;
 use trueweld_core::ldlt::Ldlt;
 
@@ -96,10 +96,8 @@ const fn transformed() -> Tableau {
     t
 }
 
-type Vector = SVector<f64, STATES>;
-
 /// I − sA, factored: s = γh.
-struct Stage {
+struct StageMatrix {
     s: f64,
     stiffness: JointVector<f64>,
     /// sD + s²K: what ties a motor to its link.
@@ -114,7 +112,7 @@ struct Stage {
     link: Ldlt<f64>,
 }
 
-impl Stage {
+impl StageMatrix {
     #[inline]
     fn new(cell: &Cell, at: &Evaluation, s: f64) -> Option<Self> {
         let model = &cell.robot.model;
@@ -146,7 +144,7 @@ impl Stage {
 
     /// k of (I − sA) k = r.
     #[inline]
-    fn solve(&self, r: &Vector) -> Vector {
+    fn solve(&self, r: &StateVector) -> StateVector {
         let r_link: JointVector<f64> = r.fixed_rows::<6>(0).into_owned();
         let r_motor: JointVector<f64> = r.fixed_rows::<6>(6).into_owned();
         let r_link_rate: JointVector<f64> = r.fixed_rows::<6>(12).into_owned();
@@ -178,12 +176,12 @@ pub fn step(
     h: f64,
 ) -> Option<State> {
     let s = G * h;
-    let stage = Stage::new(cell, at, s)?;
-    let mut u = [Vector::zeros(); 4];
+    let stage = StageMatrix::new(cell, at, s)?;
+    let mut u = [StateVector::zeros(); 4];
     u[0] = stage.solve(&(cell.driven(at.rates, torque) * s));
     let mut next = state.0 + u[0] * TABLEAU.m[0];
     for i in 1..4 {
-        let (mut argument, mut right) = (state.0, Vector::zeros());
+        let (mut argument, mut right) = (state.0, StateVector::zeros());
         for (earlier, (a, c)) in u.iter().zip(TABLEAU.a[i].iter().zip(&TABLEAU.c[i])).take(i) {
             argument += earlier * *a;
             right += earlier * *c;

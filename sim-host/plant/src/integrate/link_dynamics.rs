@@ -13,14 +13,14 @@ use trueweld_core::{Frames, JOINTS, JointVector, Wrench};
 
 /// Fixed-point iterations over the posture; each divides the error by some hundreds, and a load
 /// that changes little from call to call starts near its end.
-const ITERATIONS: usize = 4;
+const POSTURE_ITERATIONS: usize = 4;
 const NEXT_ITERATIONS: usize = 2;
 
 /// Change of the posture from which on the start is made anew, rad.
 const JUMP: f64 = 1e-3;
 
 /// Twist to which a spring's equation is solved, rad: a tenth of a nanometre at the tool.
-const TOLERANCE: f64 = 1e-11;
+const TWIST_TOLERANCE: f64 = 1e-11;
 
 /// Steps in which a spring's equation is bracketed and solved at most.
 const SPRING_STEPS: usize = 60;
@@ -45,7 +45,7 @@ impl Motors {
 
 /// The links where they stand.
 #[derive(Debug, Clone, Copy)]
-pub struct Stand {
+pub struct StaticState {
     /// Link angles θ, rad.
     pub link: JointVector<f64>,
     /// Spring torque τ_s, N·m.
@@ -61,7 +61,7 @@ pub struct QuasiStaticLinks {
     internal: Memory,
     torsion: Option<JointVector<f64>>,
     motor: JointVector<f64>,
-    slack: JointVector<f64>,
+    load_uncertainty: JointVector<f64>,
 }
 
 impl Default for QuasiStaticLinks {
@@ -77,7 +77,7 @@ impl QuasiStaticLinks {
             internal: [0.0; INTERNAL_STATES],
             torsion: None,
             motor: JointVector::zeros(),
-            slack: JointVector::zeros(),
+            load_uncertainty: JointVector::zeros(),
         }
     }
 
@@ -86,11 +86,11 @@ impl QuasiStaticLinks {
         Self { internal: *memory, ..Self::new() }
     }
 
-    /// The same for loads known to within `slack`, N·m at each joint: a load that small does not
-    /// take a link from where it was left in its gap.
+    /// The same for loads known to within `load_uncertainty`, N·m at each joint: a load that small
+    /// does not take a link from where it was left in its gap.
     #[must_use]
-    pub fn with_slack(self, slack: JointVector<f64>) -> Self {
-        Self { slack, ..self }
+    pub fn with_load_uncertainty(self, load_uncertainty: JointVector<f64>) -> Self {
+        Self { load_uncertainty, ..self }
     }
 
     /// What the gears remember now.
@@ -110,7 +110,7 @@ impl QuasiStaticLinks {
         motors: &Motors,
         wrench_in_t: &Wrench<f64>,
         time: f64,
-    ) -> Stand {
+    ) -> StaticState {
         let mut torsion = self.torsion.unwrap_or_else(JointVector::zeros);
         let mut drives = Drives {
             link: motors.angle - torsion,
@@ -122,7 +122,7 @@ impl QuasiStaticLinks {
         let near = self.torsion.is_some() && !self.jumped(motors);
         // Bearings and base that give: their tilt follows the wrench, whose axes follow the tool's.
         let mut frames = robot.model.frames(&drives.link);
-        for round in 0..if near { NEXT_ITERATIONS } else { ITERATIONS } {
+        for round in 0..if near { NEXT_ITERATIONS } else { POSTURE_ITERATIONS } {
             let mut wrench = wrench_in_t.rotated(&frames.tcp.rotation);
             if round > 0 || robot.ports.frames_give() {
                 frames = robot.frames(&drives.link, &wrench, time);
@@ -140,14 +140,14 @@ impl QuasiStaticLinks {
         self.internal = self.led_to(robot, &drives);
         self.torsion = Some(torsion);
         self.motor = motors.angle;
-        Stand { link: drives.link, spring, frames }
+        StaticState { link: drives.link, spring, frames }
     }
 
     /// Takes links that nothing holds elsewhere by `by`, rad, under the same load.
     pub fn displace(
         &mut self,
         robot: &ElasticRobot,
-        stand: &mut Stand,
+        stand: &mut StaticState,
         by: &JointVector<f64>,
         wrench_in_t: &Wrench<f64>,
         time: f64,
@@ -205,11 +205,11 @@ impl QuasiStaticLinks {
         let mut torsion = root(&mut at, plain, stiffness);
         // In a gap the spring carries nothing over a range of torsions, and the link stays where it
         // was left: at the first load, by a motion from the zero pose.
-        let slack = self.slack[i].max(LEAST_SLACK * stiffness);
-        if torque.abs() <= slack && robot.play(i) > 0.0 {
-            let low = root(&mut |t| at(t) + slack, plain, stiffness);
-            let high = root(&mut |t| at(t) - slack, plain, stiffness);
-            if high - low > GAP * slack / stiffness {
+        let load_uncertainty = self.load_uncertainty[i].max(LOAD_UNCERTAINTY_MIN * stiffness);
+        if torque.abs() <= load_uncertainty && robot.play(i) > 0.0 {
+            let low = root(&mut |t| at(t) + load_uncertainty, plain, stiffness);
+            let high = root(&mut |t| at(t) - load_uncertainty, plain, stiffness);
+            if high - low > GAP_WIDTH_RATIO * load_uncertainty / stiffness {
                 let moved = drives.motor[i] - self.motor[i];
                 torsion = match self.torsion {
                     Some(before) if moved.abs() < JUMP => before[i].clamp(low, high),
@@ -224,11 +224,11 @@ impl QuasiStaticLinks {
 }
 
 /// Least slack, as a share of the stiffness, rad.
-const LEAST_SLACK: f64 = 1e-8;
+const LOAD_UNCERTAINTY_MIN: f64 = 1e-8;
 
 /// Width of what a slack load can move a spring by, in what it moves a plain one by, from which on
 /// it is a gap.
-const GAP: f64 = 6.0;
+const GAP_WIDTH_RATIO: f64 = 6.0;
 
 /// Where a rising function is zero. A few secants first, beginning with `slope`, which suffice for
 /// a spring that is straight there; else Illinois' false position, in a bracket around `guess` that
@@ -239,7 +239,7 @@ fn root(at: &mut impl FnMut(f64) -> f64, guess: f64, slope: f64) -> f64 {
     for _ in 0..4 {
         let next = before - at_before / slope;
         let at_next = at(next);
-        if at_next.abs() < TOLERANCE * slope {
+        if at_next.abs() < TWIST_TOLERANCE * slope {
             return next;
         }
         slope = (at_next - at_before) / (next - before);
@@ -265,7 +265,7 @@ fn root(at: &mut impl FnMut(f64) -> f64, guess: f64, slope: f64) -> f64 {
     }
     let mut side = 0;
     for _ in 0..SPRING_STEPS {
-        if high - low < TOLERANCE {
+        if high - low < TWIST_TOLERANCE {
             break;
         }
         let share = at_low / (at_low - at_high);
@@ -288,7 +288,7 @@ fn root(at: &mut impl FnMut(f64) -> f64, guess: f64, slope: f64) -> f64 {
 }
 
 /// Time over which the rate of a torsion is taken, s.
-const INSTANT: f64 = 1e-3;
+const TORSION_RATE_TIME: f64 = 1e-3;
 
 /// Links that swing on their springs, no wrench on the tool.
 #[derive(Debug, Clone, Copy)]
@@ -364,11 +364,11 @@ impl DynamicLinks {
             // A gear that remembers is stiffer or softer by which way it goes: only forward.
             let mut links = QuasiStaticLinks::remembering(memory);
             let before = torsion(&mut links, 0.0);
-            (torsion(&mut links, INSTANT) - before) / INSTANT
+            (torsion(&mut links, TORSION_RATE_TIME) - before) / TORSION_RATE_TIME
         } else {
-            let [before, behind] =
-                [-INSTANT, INSTANT].map(|after| torsion(&mut QuasiStaticLinks::new(), after));
-            (behind - before) / (2.0 * INSTANT)
+            let [before, behind] = [-TORSION_RATE_TIME, TORSION_RATE_TIME]
+                .map(|after| torsion(&mut QuasiStaticLinks::new(), after));
+            (behind - before) / (2.0 * TORSION_RATE_TIME)
         };
         // A link in its gap is where it was left.
         (0..JOINTS).filter(|i| robot.play(*i) > 0.0).for_each(|i| rate[i] = 0.0);

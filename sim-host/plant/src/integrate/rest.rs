@@ -8,7 +8,7 @@ use trueweld_core::{Frames, JOINTS, JointVector, Wrench};
 /// Iterations after which an equilibrium is given up. The baseline takes five; every kink (a gap's
 /// end, the plate's surface) costs a few more, and a joint that slides through its gap along the
 /// plate some thousand.
-const ITERATIONS: usize = 5000;
+const EQUILIBRIUM_ITERATIONS_MAX: usize = 5000;
 
 /// Unbalance of a joint that is rest as well, over its K, rad. A joint that hangs in its gap on the
 /// plate's edge creeps there in steps far larger than what is left unbalanced: 1e-11 K is some
@@ -21,11 +21,11 @@ const FIRST_DAMPING: f64 = 1e-6;
 const LEAST_DAMPING: f64 = 1e-14;
 
 /// Link angle step at which an equilibrium is found, rad: 1e-12 is a picometre at the tool.
-const TOLERANCE: f64 = 1e-12;
+const EQUILIBRIUM_STEP_TOLERANCE: f64 = 1e-12;
 
 /// Link angle difference for the slope, rad: the slope is good to 1e-4 of K against rounding, and a
 /// kink is not stepped over.
-const DIFFERENCE: f64 = 1e-8;
+const LINK_ANGLE_DIFFERENCE: f64 = 1e-8;
 
 /// Largest torsion that a spring is asked for, rad: beyond that of any load.
 const LARGEST_TWIST: f64 = 1e-2;
@@ -42,17 +42,17 @@ pub struct Rest {
 /// No equilibrium was found.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
-    "no equilibrium within {ITERATIONS} iterations: the load still moves the joints by {residual:e} rad"
+    "no equilibrium within {EQUILIBRIUM_ITERATIONS_MAX} iterations: the load still moves the joints by {residual:e} rad"
 )]
 pub struct EquilibriumError {
     /// Last step, rad.
     pub residual: f64,
 }
 
-const STILL: JointVector<f64> = JointVector::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+const ZERO_RATES: JointVector<f64> = JointVector::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
 
 fn drives_at_rest(link: &JointVector<f64>, motor: &JointVector<f64>) -> Drives {
-    Drives { link: *link, link_rate: STILL, motor: *motor, motor_rate: STILL }
+    Drives { link: *link, link_rate: ZERO_RATES, motor: *motor, motor_rate: ZERO_RATES }
 }
 
 /// Torque that the springs must carry for the links to stand: g − τ_cb − Jᵀ w and what effects add,
@@ -91,15 +91,15 @@ fn settle(
     let mut torque = unbalance(&link);
     let mut damping = FIRST_DAMPING;
     let mut residual = f64::INFINITY;
-    for _ in 0..ITERATIONS {
+    for _ in 0..EQUILIBRIUM_ITERATIONS_MAX {
         let slope = Matrix6::from_columns(&std::array::from_fn::<_, JOINTS, _>(|i| {
             // Central: at a kink the mean of both sides still leads down, where either side alone
             // may not.
             let (mut above, mut below) = (link, link);
-            above[i] += DIFFERENCE;
-            below[i] -= DIFFERENCE;
+            above[i] += LINK_ANGLE_DIFFERENCE;
+            below[i] -= LINK_ANGLE_DIFFERENCE;
             (unbalance(&above) - unbalance(&below)).component_div(&unit)
-                / (2.0 * DIFFERENCE * unit[i])
+                / (2.0 * LINK_ANGLE_DIFFERENCE * unit[i])
         }));
         let scaled = torque.component_div(&unit);
         let descent = slope.tr_mul(&scaled);
@@ -117,13 +117,13 @@ fn settle(
                 (link, torque) = (next, left);
                 break true;
             }
-            if residual < TOLERANCE || !residual.is_finite() {
+            if residual < EQUILIBRIUM_STEP_TOLERANCE || !residual.is_finite() {
                 break false;
             }
             damping *= 10.0;
         };
         damping = (damping * 0.1).max(LEAST_DAMPING);
-        if residual < TOLERANCE
+        if residual < EQUILIBRIUM_STEP_TOLERANCE
             || torque.component_div(cell.robot.model.stiffness()).amax() < BALANCED
         {
             let drives = drives_at_rest(&link, motor);

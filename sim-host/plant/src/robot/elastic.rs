@@ -61,10 +61,10 @@ pub struct JointMemory {
 }
 
 /// A way after which nothing is remembered of where it began, rad.
-const FAR: f64 = 1e3;
+const MEMORY_WAY_MAX: f64 = 1e3;
 
 /// Difference of what is remembered that is none.
-const FORGOTTEN: f64 = 1e-9;
+const MEMORY_DIFFERENCE_MIN: f64 = 1e-9;
 
 /// A joint with what a term there remembers.
 #[inline]
@@ -180,9 +180,9 @@ impl ElasticRobot {
             let (term, slot) = (term.0.as_ref(), term.1?);
             let of = |way: f64| {
                 let [low, high] = [-1.0, 1.0].map(|start| end(i, term, of_link, way, start));
-                (high - low < FORGOTTEN).then_some(high)
+                (high - low < MEMORY_DIFFERENCE_MIN).then_some(high)
             };
-            let (back, forth) = (of(-FAR)?, of(FAR)?);
+            let (back, forth) = (of(-MEMORY_WAY_MAX)?, of(MEMORY_WAY_MAX)?);
             (back < forth).then_some(JointMemory { joint: i, slot, ends: [back, forth] })
         };
         let kept = |i: usize| {

@@ -188,7 +188,7 @@ impl Tilts {
         let u_rate = -(self.relaxed * (self.compliance * stiffness.component_mul(&rate)));
         let mut joints = *drives;
         joints.link_rate -= u_rate;
-        for _ in 0..ITERATIONS {
+        for _ in 0..TILT_ITERATIONS {
             joints.link = drives.link - *u;
             let torque = robot.spring_torque(&joints, internal);
             *u += self.relaxed * (self.rest - self.compliance * torque - *u);
@@ -199,7 +199,7 @@ impl Tilts {
 }
 
 /// Newton's steps towards u: one suffices for springs that are straight.
-const ITERATIONS: usize = 2;
+const TILT_ITERATIONS: usize = 2;
 
 /// Tilt per moment of what gives in proportion.
 fn per_moment(tilt: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Matrix3<f64> {

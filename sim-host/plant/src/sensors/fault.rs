@@ -19,7 +19,7 @@ use trueweld_core::compensation::DeviationMeasurement;
 use trueweld_core::control::SensorReadings;
 
 /// Its stream of random numbers, beside those of the instruments.
-const STREAM: u64 = 2;
+const FAULT_STREAM: u64 = 2;
 
 /// Periods over which readings out of order are mixed: a quarter of a second at the usual control
 /// period.
@@ -170,7 +170,7 @@ impl FaultyInstruments {
     /// Instruments of which one may fail; `seed` mixes readings that come out of order.
     pub fn new(fault: Option<InstrumentFault>, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        random.set_stream(STREAM);
+        random.set_stream(FAULT_STREAM);
         Self { fault, random, wrenches: VecDeque::new(), measurements: VecDeque::new() }
     }
 

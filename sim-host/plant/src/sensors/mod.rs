@@ -25,7 +25,7 @@ use trueweld_core::{JointVector, Wrench};
 
 /// Stream of the random numbers of what a sensor file may leave out: what it states is drawn as it
 /// was without.
-const STREAM_OF_ERRORS: u64 = 3;
+const SENSOR_ERROR_STREAM: u64 = 3;
 
 /// The instruments of one run.
 #[derive(Debug)]
@@ -54,7 +54,7 @@ impl Instruments {
         let corner = sensors.force.filter;
         let misalignment = Vector3::from(sensors.force.misalignment);
         let mut errors = ChaCha8Rng::seed_from_u64(seed);
-        errors.set_stream(STREAM_OF_ERRORS);
+        errors.set_stream(SENSOR_ERROR_STREAM);
         Self {
             noise: ChaCha8Rng::seed_from_u64(seed),
             errors,

@@ -11,10 +11,10 @@ use trueweld_core::Twist;
 use trueweld_core::compensation::DeviationMeasurement;
 
 /// Its stream of random numbers: that of the robot's own instruments stays what it was without it.
-const STREAM: u64 = 1;
+const SEAM_SENSOR_STREAM: u64 = 1;
 
 /// Stream of the numbers of what a sensor file may leave out.
-const STREAM_OF_ERRORS: u64 = 4;
+const SEAM_SENSOR_ERROR_STREAM: u64 = 4;
 
 /// The seam sensor of one run.
 #[derive(Debug)]
@@ -47,8 +47,8 @@ impl SeamSensing {
         };
         Self {
             sensor: sensor.clone(),
-            random: stream(STREAM),
-            errors: stream(STREAM_OF_ERRORS),
+            random: stream(SEAM_SENSOR_STREAM),
+            errors: stream(SEAM_SENSOR_ERROR_STREAM),
             taken: VecDeque::new(),
             next: 0.0,
         }
@@ -68,9 +68,9 @@ impl SeamSensing {
         deviation: &Twist<f64>,
         bend: f64,
     ) -> Vec<DeviationMeasurement<f64>> {
-        const INSTANT: f64 = 1e-9;
+        const CLOCK_ROUNDING: f64 = 1e-9;
         let s = &self.sensor;
-        if time + INSTANT >= self.next {
+        if time + CLOCK_ROUNDING >= self.next {
             self.next += s.period;
             let across = deviation.linear.y + s.ahead * deviation.angular.z - bend;
             let [about_x, _, about_z] = s.misalignment;
@@ -95,7 +95,7 @@ impl SeamSensing {
         let tilted = Twist { angular: Vector3::x(), linear: Vector3::zeros() };
         let mut arrived = Vec::new();
         while let Some(Taken { at, values, .. }) =
-            self.taken.front().copied().filter(|taken| taken.given <= time + INSTANT)
+            self.taken.front().copied().filter(|taken| taken.given <= time + CLOCK_ROUNDING)
         {
             self.taken.pop_front();
             for (deviation, along, noise) in

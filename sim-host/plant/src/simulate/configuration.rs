@@ -1,6 +1,6 @@
 //! A scenario's controller as the constants that a controller is built from.
 
-use super::{Controller, Scenario, Seam};
+use super::{ControllerKind, Scenario, Seam};
 use trueweld_compensators::{
     CONFIGURATION_VERSION, Configuration, ConfigurationError, ControlNumbers, GainNumbers, Law,
     LawNumbers, LimitNumbers, RobotNumbers, RunningCore, Scheme, Visitor, for_each,
@@ -67,9 +67,9 @@ impl Scenario<'_> {
         let control = self.control;
         let joint = self.controller.joint_gains(control);
         let (scheme, force) = match self.controller {
-            Controller::Parallel => (Scheme::Parallel, of_force(&control.parallel.force)),
-            Controller::Superposed => (Scheme::Superposed, of_force(&control.superposed.force)),
-            Controller::External => (Scheme::External, control.external.force),
+            ControllerKind::Parallel => (Scheme::Parallel, of_force(&control.parallel.force)),
+            ControllerKind::Superposed => (Scheme::Superposed, of_force(&control.superposed.force)),
+            ControllerKind::External => (Scheme::External, control.external.force),
         };
         ControlNumbers {
             scheme: scheme as u32,

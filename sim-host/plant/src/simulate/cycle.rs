@@ -4,7 +4,7 @@
 //! then moves in small steps with the torque held, and the force sensor samples at each step. Runs
 //! step the nonlinear cell, stability margins its linearisation.
 
-use super::{Scenario, Target, TaughtOffset};
+use super::{ProgramTarget, Scenario, TaughtOffset};
 use crate::integrate::Diverged;
 use crate::process::planned;
 use crate::robot::{Drives, Ports, Readings};
@@ -12,7 +12,7 @@ use crate::seam::Seam;
 use crate::sensors::{FaultyInstruments, Instruments, SeamSensing};
 use nalgebra::Vector3;
 use trueweld_core::compensation::{Compensated, Compensator, Observation};
-use trueweld_core::control::{Command, HybridController, SensorReadings, Setpoint};
+use trueweld_core::control::{DriveCommand, HybridController, SensorReadings, Setpoint};
 use trueweld_core::{JointVector, Pose, Robot, Twist, Wrench};
 
 /// A plant that motor torques drive.
@@ -55,7 +55,7 @@ impl Reference {
         scenario: &Scenario<'_>,
         seam: &Seam,
         offset: &TaughtOffset,
-        target: &Target,
+        target: &ProgramTarget,
     ) -> Self {
         let b_from_w = seam.axes(target.path);
         let nominal = seam.nominal(target.path);
@@ -86,7 +86,7 @@ pub struct Controlled {
     /// Real tool against nominal, axes of the real seam's W: m and rad.
     pub deviation_w: Twist<f64>,
     /// What the controller commanded.
-    pub command: Command<f64>,
+    pub command: DriveCommand<f64>,
     /// Correction of the set-point in force, axes of W: m and rad.
     pub correction_w: Twist<f64>,
 }

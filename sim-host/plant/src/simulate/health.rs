@@ -2,7 +2,7 @@
 
 use super::{Phase, RecordRow};
 use std::fmt;
-use trueweld_core::monitor::ORDERS;
+use trueweld_core::monitor::WATCHED_ORDERS;
 
 /// Something that is warned of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,7 +78,7 @@ pub struct HealthWarning {
 pub fn health_warnings(rows: &[RecordRow]) -> Vec<HealthWarning> {
     let mut warnings: Vec<HealthWarning> = Vec::new();
     for row in rows.iter().filter(|row| row.health.warns()) {
-        let lines = row.health.lines.iter().zip(ORDERS).filter(|(line, _)| line.climbs);
+        let lines = row.health.lines.iter().zip(WATCHED_ORDERS).filter(|(line, _)| line.climbs);
         let climbing = lines.map(|(line, order)| HealthWarningKind::SpindleLine {
             order,
             amplitude: line.amplitude.into(),

@@ -17,10 +17,10 @@ pub use cycle::{ControlCycle, Controlled, Plant, Reference};
 pub use error::RunError;
 pub use health::{HealthWarning, HealthWarningKind, health_warnings};
 pub use limits::{LimitKind, LimitSpan, limit_spans};
-pub use program::{Program, Target};
+pub use program::{ProgramTarget, WeldProgram};
 pub use record::{Phase, RecordRow, Recording};
 pub use run::{SimulatedCell, run, run_after, run_passes, run_with};
-pub use scenario::{Controller, Scenario};
+pub use scenario::{ControllerKind, Scenario};
 pub use start::{
     Taught, TaughtOffset, check_reach, encoder_offset, real_inverse_near, start_angles,
 };

@@ -10,11 +10,11 @@ use crate::seam::Seam;
 const FEED_SETTLE: f64 = 2.0;
 
 /// Time the tool stands at the end of the seam with its force held, s.
-const HOLD: f64 = 1.0;
+const END_HOLD_TIME: f64 = 1.0;
 
 /// What is asked at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Target {
+pub struct ProgramTarget {
     /// Where in the program.
     pub phase: Phase,
     /// Path position from the start of the seam, m.
@@ -27,7 +27,7 @@ pub struct Target {
 
 /// A run's program.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Program {
+pub enum WeldProgram {
     /// A weld along its whole seam.
     Weld,
     /// At the start of the seam, no feed: after settling, the contact's own force is held for
@@ -45,7 +45,7 @@ pub enum Program {
 /// The feed along a seam: it rises, changes where the weld says so, and falls to 0 where the run-out
 /// ends, at one acceleration.
 struct Feed {
-    pieces: Vec<Piece>,
+    pieces: Vec<SpeedPiece>,
     /// When it has risen and when it begins to fall, s.
     full: [f64; 2],
 }
@@ -53,7 +53,7 @@ struct Feed {
 /// A time of constant acceleration: v = speed + change·(t − at)/span about an anchor, which may be its
 /// beginning or its end.
 #[derive(Debug, Clone, Copy)]
-struct Piece {
+struct SpeedPiece {
     /// When it ends, s.
     until: f64,
     /// The anchor: time, s, path position, m, and speed, m/s.
@@ -64,7 +64,7 @@ struct Piece {
     span: f64,
 }
 
-impl Piece {
+impl SpeedPiece {
     fn rate(&self, time: f64) -> f64 {
         self.speed + self.gain(time) / self.span
     }
@@ -90,11 +90,17 @@ impl Feed {
         let span = |change: f64| (ramp * change / speed).abs().max(f64::MIN_POSITIVE);
         let rise = if ramp > 0.0 { 0.5 * speed * ramp * ramp / ramp } else { 0.0 };
         let of_ramp = ramp.max(f64::MIN_POSITIVE);
-        let rising =
-            Piece { until: ramp, at: 0.0, path: 0.0, speed: 0.0, change: speed, span: of_ramp };
+        let rising = SpeedPiece {
+            until: ramp,
+            at: 0.0,
+            path: 0.0,
+            speed: 0.0,
+            change: speed,
+            span: of_ramp,
+        };
         let mut pieces = vec![rising];
         let (mut time, mut path, mut now) = (ramp, rise, speed);
-        let even = |time: f64, path: f64, speed: f64, until: f64| Piece {
+        let even = |time: f64, path: f64, speed: f64, until: f64| SpeedPiece {
             until,
             at: time,
             path,
@@ -106,7 +112,7 @@ impl Feed {
             let reached = time + (from - path) / now;
             pieces.push(even(time, path, now, reached));
             let takes = span(next - now);
-            pieces.push(Piece {
+            pieces.push(SpeedPiece {
                 until: reached + takes,
                 at: reached,
                 path: from,
@@ -128,7 +134,7 @@ impl Feed {
         };
         pieces.push(even(time, path, now, time + cruise));
         let falling =
-            Piece { until: end, at: end, path: way, speed: 0.0, change: -now, span: falls };
+            SpeedPiece { until: end, at: end, path: way, speed: 0.0, change: -now, span: falls };
         pieces.push(falling);
         Self { pieces, full: [ramp, time + cruise] }
     }
@@ -137,7 +143,7 @@ impl Feed {
         self.pieces.last().map_or(0.0, |piece| piece.until)
     }
 
-    fn piece(&self, time: f64) -> &Piece {
+    fn piece(&self, time: f64) -> &SpeedPiece {
         let last = self.pieces.len() - 1;
         &self.pieces[self.pieces.partition_point(|piece| piece.until <= time).min(last)]
     }
@@ -169,25 +175,25 @@ impl Feed {
     }
 }
 
-impl Program {
+impl WeldProgram {
     /// How long the run takes, s.
     pub fn duration(&self, weld: &Weld, seam: &Seam) -> f64 {
         match self {
-            Program::Weld => {
+            WeldProgram::Weld => {
                 weld.settle
                     + weld.force_ramp
                     + weld.dwell
                     + Feed::new(weld, seam.length).duration()
-                    + HOLD
+                    + END_HOLD_TIME
             }
-            Program::ForceStep { hold, length, .. } => weld.settle + hold + length,
+            WeldProgram::ForceStep { hold, length, .. } => weld.settle + hold + length,
         }
     }
 
     /// When a weld's steady part begins and ends, s. `None` where the seam is too short to have
     /// one, and in a step of force.
     pub fn steady(&self, weld: &Weld, seam: &Seam) -> Option<[f64; 2]> {
-        let Program::Weld = self else { return None };
+        let WeldProgram::Weld = self else { return None };
         let feed = Feed::new(weld, seam.length);
         let start = weld.settle + weld.force_ramp + weld.dwell;
         let [rises, falls] = [feed.full[0] + FEED_SETTLE, feed.steady_until(weld, seam.length)];
@@ -195,23 +201,23 @@ impl Program {
     }
 
     /// What is asked at `time`, s. `contact`: the push at rest before the force loop closes, N.
-    pub fn target(&self, weld: &Weld, seam: &Seam, contact: f64, time: f64) -> Target {
+    pub fn target(&self, weld: &Weld, seam: &Seam, contact: f64, time: f64) -> ProgramTarget {
         let closed = time - weld.settle;
         if closed < 0.0 {
-            return Target { phase: Phase::Settle, path: 0.0, feed: 0.0, force: None };
+            return ProgramTarget { phase: Phase::Settle, path: 0.0, feed: 0.0, force: None };
         }
         match self {
-            Program::ForceStep { height, hold, .. } => {
+            WeldProgram::ForceStep { height, hold, .. } => {
                 let stepped = closed >= *hold;
                 let phase = if stepped { Phase::Hold } else { Phase::ForceRamp };
-                Target {
+                ProgramTarget {
                     phase,
                     path: 0.0,
                     feed: 0.0,
                     force: Some(contact + if stepped { *height } else { 0.0 }),
                 }
             }
-            Program::Weld => {
+            WeldProgram::Weld => {
                 let feed = Feed::new(weld, seam.length);
                 let share =
                     if weld.force_ramp > 0.0 { (closed / weld.force_ramp).min(1.0) } else { 1.0 };
@@ -225,7 +231,7 @@ impl Program {
                     t if t < feed.duration() => Phase::Stop,
                     _ => Phase::Hold,
                 };
-                Target { phase, path: feed.path(fed), feed: feed.rate(fed), force }
+                ProgramTarget { phase, path: feed.path(fed), feed: feed.rate(fed), force }
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Everything that one run is made of: cell, weld, program, controller, law, instruments.
 
-use super::{Program, RunError};
+use super::{RunError, WeldProgram};
 use crate::cell::Cell;
 use crate::input::{Control, Process, Sensors, Weld};
 use crate::integrate::Integrator;
@@ -13,7 +13,7 @@ use trueweld_core::control::{External, HybridController, JointGains, Parallel, S
 
 /// Which hybrid controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Controller {
+pub enum ControllerKind {
     /// Scheme 1, (2.2).
     Parallel,
     /// Scheme 2, (2.3).
@@ -22,7 +22,7 @@ pub enum Controller {
     External,
 }
 
-impl Controller {
+impl ControllerKind {
     /// All of them, in the order of the published study.
     pub const ALL: [Self; 3] = [Self::Parallel, Self::Superposed, Self::External];
 
@@ -69,13 +69,13 @@ pub struct Scenario<'a> {
     /// The weld.
     pub weld: &'a Weld,
     /// What is done.
-    pub program: Program,
+    pub program: WeldProgram,
     /// Gains and limits.
     pub control: &'a Control,
     /// Instruments.
     pub sensors: &'a Sensors,
     /// Which controller.
-    pub controller: Controller,
+    pub controller: ControllerKind,
     /// Which law.
     pub law: &'a Entry,
     /// How the plant is integrated.

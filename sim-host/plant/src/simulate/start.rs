@@ -16,7 +16,7 @@ use trueweld_core::{Frames, JointVector, KinematicsError, Pose, Robot, Twist, Wr
 /// # Errors
 /// [`RunError::Reach`] with the first point that no branch holds.
 pub fn start_angles(robot: &Robot<f64>, seam: &Seam) -> Result<JointVector<f64>, RunError> {
-    const POINTS: usize = 200;
+    const BRANCH_POINTS: usize = 200;
     let found = robot
         .inverse_all(&seam.nominal(0.0))
         .map_err(|e| RunError::Reach { path: 0.0, reason: reason(e) })?;
@@ -25,8 +25,8 @@ pub fn start_angles(robot: &Robot<f64>, seam: &Seam) -> Result<JointVector<f64>,
     let mut best: Option<JointVector<f64>> = None;
     for (_, start) in found.iter().filter(|(_, q)| robot.beyond_limits(q).is_none()) {
         let mut q = *start;
-        let failed = (1..=POINTS).find_map(|k| {
-            let path = seam.length * k as f64 / POINTS as f64;
+        let failed = (1..=BRANCH_POINTS).find_map(|k| {
+            let path = seam.length * k as f64 / BRANCH_POINTS as f64;
             match robot.inverse_near(&seam.nominal(path), &q) {
                 Ok(next) => {
                     q = next;
@@ -54,12 +54,12 @@ pub fn start_angles(robot: &Robot<f64>, seam: &Seam) -> Result<JointVector<f64>,
 /// # Errors
 /// [`RunError::Reach`] and [`RunError::TooFast`] with the first place where it cannot.
 pub fn check_reach(robot: &Robot<f64>, weld: &Weld) -> Result<(), RunError> {
-    const POINTS: usize = 400;
+    const REACH_POINTS: usize = 400;
     let seam = Seam::of(weld);
     let mut q = start_angles(robot, &seam)?;
     let end = seam.length + weld.run_out;
-    let step = end / POINTS as f64;
-    for k in 1..=POINTS {
+    let step = end / REACH_POINTS as f64;
+    for k in 1..=REACH_POINTS {
         let path = step * k as f64;
         let next = robot
             .inverse_near(&seam.nominal(path), &q)
@@ -101,11 +101,11 @@ pub fn real_inverse_near(
     near: &JointVector<f64>,
 ) -> Result<JointVector<f64>, KinematicsError> {
     // A picometre. Each step leaves a hundredth of what is left and less.
-    const EXACT: f64 = 1e-12;
+    const START_POSITION_TOLERANCE: f64 = 1e-12;
     let mut q = planned.inverse_near(b_from_t, near)?;
     for _ in 0..20 {
         let left = real.forward_kinematics(&q).error_to(b_from_t);
-        if left.to_vector().amax() < EXACT {
+        if left.to_vector().amax() < START_POSITION_TOLERANCE {
             break;
         }
         q = planned.inverse_near(&planned.forward_kinematics(&q).displaced(&left), &q)?;

@@ -7,13 +7,13 @@ use trueweld_compensators::{Elastostatic, RunningCore};
 use trueweld_core::compensation::{Compensated, Observation};
 use trueweld_core::control::{SensorReadings, Setpoint};
 use trueweld_core::{JointVector, Wrench};
-use trueweld_plant::simulate::{Controller, Program, Scenario, Seam, start_angles};
+use trueweld_plant::simulate::{ControllerKind, Scenario, Seam, WeldProgram, start_angles};
 
 /// Calls `with` with the scenario of the embedded files.
 fn scenario(name: &str, with: impl FnOnce(&Scenario<'_>)) {
     let (fixtures, law) = (Fixtures::of("vertical"), law(name));
     let cell = fixtures.cell(&[]);
-    with(&fixtures.scenario(&cell, Program::Weld, Controller::External, &law));
+    with(&fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law));
 }
 
 #[test]

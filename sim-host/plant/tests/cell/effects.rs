@@ -12,7 +12,7 @@ use trueweld_plant::input::{ModelFile, Weld};
 use trueweld_plant::integrate::rest;
 use trueweld_plant::process::reaction;
 use trueweld_plant::robot::{Channel, Drives, Readings};
-use trueweld_plant::simulate::{Controller, Program, RecordRow, RunError, Seam, run};
+use trueweld_plant::simulate::{ControllerKind, RecordRow, RunError, Seam, WeldProgram, run};
 
 /// One of each, at a joint where it matters in the first weld, of a size that a laboratory would
 /// look for.
@@ -97,9 +97,11 @@ fn the_guide_has_every_effect_with_its_parameters() {
 #[test]
 fn every_effect_shows_in_a_weld_that_runs() {
     let fixtures = short("vertical");
-    let program = Program::Weld;
+    let program = WeldProgram::Weld;
     let go = |cell: &Cell| {
-        fixtures.run(cell, program, Controller::External, &law("none"), &fixtures.robot.robot).rows
+        fixtures
+            .run(cell, program, ControllerKind::External, &law("none"), &fixtures.robot.robot)
+            .rows
     };
     let bare_cell = fixtures.cell(&[]);
     let bare = go(&bare_cell);
@@ -597,7 +599,13 @@ fn an_expression_does_what_the_effect_of_the_library_does() {
     for (library, expressions) in cases {
         let weld = |cell: &Cell| {
             fixtures
-                .run(cell, Program::Weld, Controller::External, &law("none"), &fixtures.robot.robot)
+                .run(
+                    cell,
+                    WeldProgram::Weld,
+                    ControllerKind::External,
+                    &law("none"),
+                    &fixtures.robot.robot,
+                )
                 .rows
         };
         let (wanted, got) = (weld(&fixtures.cell(&[library])), weld(&own(&fixtures, expressions)));
@@ -687,7 +695,7 @@ fn an_expression_that_ceases_to_be_finite_ends_the_run_and_nothing_else() {
     ] {
         let cell = own(&fixtures, &[effect]);
         let none = law("none");
-        let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &none);
+        let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &none);
         match run(&scenario, |_| {}) {
             Err(RunError::RanAway { .. }) => assert!(!at_rest, "{effect}"),
             Err(RunError::Rest(_)) => assert!(at_rest, "{effect}"),

@@ -8,7 +8,7 @@ use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{InputFile, Sensors};
 use trueweld_plant::robot::{Port, ProcessPoint, Term};
 use trueweld_plant::simulate::{
-    Controller, HealthWarning, HealthWarningKind, Program, health_warnings, run,
+    ControllerKind, HealthWarning, HealthWarningKind, WeldProgram, health_warnings, run,
 };
 
 /// A shipped weld of 0.4 m with a seam sensor, for the laws that want one.
@@ -23,10 +23,10 @@ fn shortened(name: &'static str) -> Fixtures {
 fn warned(
     fixtures: &Fixtures,
     cell: &Cell,
-    controller: Controller,
+    controller: ControllerKind,
     law: &Entry,
 ) -> Vec<HealthWarning> {
-    let scenario = fixtures.scenario(cell, Program::Weld, controller, law);
+    let scenario = fixtures.scenario(cell, WeldProgram::Weld, controller, law);
     health_warnings(&run(&scenario, |_| {}).expect("a weld").rows)
 }
 
@@ -35,9 +35,9 @@ fn no_shipped_law_or_controller_is_warned_of_on_a_shipped_weld() {
     for name in ["vertical", "inclined"] {
         let fixtures = shortened(name);
         let cell = fixtures.cell(&[]);
-        let laws = library().iter().map(|law| (Controller::External, law.clone()));
+        let laws = library().iter().map(|law| (ControllerKind::External, law.clone()));
         let controllers =
-            [Controller::Parallel, Controller::Superposed].map(|of| (of, law("none")));
+            [ControllerKind::Parallel, ControllerKind::Superposed].map(|of| (of, law("none")));
         for (controller, law) in laws.chain(controllers) {
             let warnings = warned(&fixtures, &cell, controller, &law);
             assert_eq!(warnings, [], "{name}, {}, {}", controller.name(), law.name());
@@ -69,7 +69,7 @@ fn a_ripple_that_grows_threefold_half_way_is_warned_of_once_it_has() {
     let [first, second] = fixtures.process.ripple.as_slice() else { panic!("two orders") };
     let worn = WornTool([first, second].map(|line| (line.order, line.axial, line.phase)));
     cell.robot.ports.install(Port::ProcessForce, Box::new(worn)).expect("room");
-    let warnings = warned(&fixtures, &cell, Controller::External, &law("elastostatic"));
+    let warnings = warned(&fixtures, &cell, ControllerKind::External, &law("elastostatic"));
     let [warning] = warnings.as_slice() else { panic!("{warnings:?}") };
     let HealthWarningKind::SpindleLine { order: 1, amplitude, usual } = warning.kind else {
         panic!("{warning:?}")
@@ -91,7 +91,7 @@ fn a_force_loop_at_its_limit_of_stability_is_warned_of_and_one_at_half_of_it_is_
         force.kp *= factor;
         force.ki *= factor;
         let cell = fixtures.cell(&[]);
-        warned(&fixtures, &cell, Controller::External, &law("none"))
+        warned(&fixtures, &cell, ControllerKind::External, &law("none"))
     };
     assert_eq!(at(6.5), []);
     let warnings = at(13.0);

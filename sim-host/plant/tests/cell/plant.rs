@@ -9,7 +9,9 @@ use trueweld_core::{JointVector, Robot, Wrench};
 use trueweld_plant::cell::{Cell, State};
 use trueweld_plant::integrate::{Integrator, Stepper, Tolerance, rest};
 use trueweld_plant::robot::{Port, ProcessPoint, Term};
-use trueweld_plant::simulate::{Controller, Program, RecordRow, Scenario, Seam, run, start_angles};
+use trueweld_plant::simulate::{
+    ControllerKind, RecordRow, Scenario, Seam, WeldProgram, run, start_angles,
+};
 
 /// A posture in the middle of the first weld.
 const POSTURE: [f64; 6] = [0.286, -0.932, 1.944, 0.1, 0.559, 0.286];
@@ -213,7 +215,7 @@ fn the_default_integrator_stays_within_a_micrometre_of_the_reference_over_a_whol
     let law = law("elastostatic");
     let scenario = Scenario {
         sensors: &sensors,
-        ..fixtures.scenario(&cell, Program::Weld, Controller::External, &law)
+        ..fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law)
     };
     let exact =
         Scenario { integrator: Integrator::DormandPrince(Tolerance::REFERENCE), ..scenario };
@@ -260,7 +262,7 @@ fn a_drag_that_is_steep_at_rest_does_not_chatter() {
     let law = law("elastostatic");
     let scenario = Scenario {
         plant_step: 5e-4,
-        ..fixtures.scenario(&cell, Program::Weld, Controller::External, &law)
+        ..fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law)
     };
     let exact =
         Scenario { integrator: Integrator::DormandPrince(Tolerance::REFERENCE), ..scenario };

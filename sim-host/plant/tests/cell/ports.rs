@@ -11,7 +11,7 @@ use trueweld_plant::integrate::rest;
 use trueweld_plant::robot::{
     Channel, Drives, JointState, Port, ProcessPoint, Readings, Term, ValueDerivative,
 };
-use trueweld_plant::simulate::{Controller, Program, run};
+use trueweld_plant::simulate::{ControllerKind, WeldProgram, run};
 
 const POSTURE: [f64; 6] = [0.286, -0.932, 1.944, 0.1, 0.559, 0.286];
 
@@ -167,7 +167,7 @@ fn process_and_surface_ports_act_on_the_force() {
 #[test]
 fn sensor_and_time_ports_change_what_the_controller_sees_and_when() {
     let fixtures = Fixtures::of("vertical");
-    let program = Program::ForceStep { height: 3e3, hold: 0.2, length: 0.3 };
+    let program = WeldProgram::ForceStep { height: 3e3, hold: 0.2, length: 0.3 };
     let sensed = |port: Option<Port>| {
         let mut cell = fixtures.cell(&[]);
         if let Some(port) = port {
@@ -181,7 +181,7 @@ fn sensor_and_time_ports_change_what_the_controller_sees_and_when() {
             sensors.force.resolution,
         ) = (0.0, 0.0, 0.0, 0.0);
         let none = law("none");
-        let scenario = fixtures.scenario(&cell, program, Controller::External, &none);
+        let scenario = fixtures.scenario(&cell, program, ControllerKind::External, &none);
         run(&trueweld_plant::simulate::Scenario { sensors: &sensors, ..scenario }, |_| {})
             .expect("runs")
             .rows

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::{Fault, Robot, Twist};
 use trueweld_plant::input::Weld;
-use trueweld_plant::simulate::{Controller, Program, run_with};
+use trueweld_plant::simulate::{ControllerKind, WeldProgram, run_with};
 
 /// A law that writes down what it is given.
 struct Recorder {
@@ -67,7 +67,7 @@ fn a_weld_is_recorded_as_a_controller_is_given_it() {
         fixtures.weld.end = start + (end - start).normalize() * 0.1;
     }
     let cell = fixtures.cell(&[]);
-    let scenario = fixtures.scenario(&cell, Program::Weld, Controller::External, &law);
+    let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law);
     let law = scenario.build_law().expect("a law");
     let mut recorder = Recorder { law, numbers: Vec::new(), periods: 0 };
     run_with(&scenario, &mut recorder, |_| ControlFlow::Continue(())).expect("a weld");

@@ -10,7 +10,8 @@ use trueweld_plant::cell::{Cell, State};
 use trueweld_plant::input::{InputFile, Wave, Weld};
 use trueweld_plant::path::{Joined, Path, PathPoint};
 use trueweld_plant::simulate::{
-    Controller, Program, Recording, RunError, Seam, check_reach, real_inverse_near, start_angles,
+    ControllerKind, Recording, RunError, Seam, WeldProgram, check_reach, real_inverse_near,
+    start_angles,
 };
 
 fn panel(name: &'static str) -> Fixtures {
@@ -24,7 +25,7 @@ fn short(mut fixtures: Fixtures, change: impl Fn(&mut Weld)) -> Recording {
     (weld.end, weld.settle) = (weld.start + along * 0.04, 0.5);
     change(weld);
     let cell = fixtures.cell(&[]);
-    fixtures.run(&cell, Program::Weld, Controller::External, &law("elastostatic"), &KR500)
+    fixtures.run(&cell, WeldProgram::Weld, ControllerKind::External, &law("elastostatic"), &KR500)
 }
 
 #[test]
@@ -132,7 +133,7 @@ fn the_feed_follows_its_profile_to_the_end_of_the_run_out() {
     let mut weld = Fixtures::of("published-vertical").weld;
     weld.end = weld.start + Vector3::y() * 0.3;
     (weld.feeds, weld.run_out, weld.dwell) = (vec![(0.1, 0.005), (0.2, 0.02)], 0.03, 1.5);
-    let (seam, program) = (Seam::of(&weld), Program::Weld);
+    let (seam, program) = (Seam::of(&weld), WeldProgram::Weld);
     let duration = program.duration(&weld, &seam);
     let at = |time: f64| program.target(&weld, &seam, 500.0, time);
     let step = 1e-3;

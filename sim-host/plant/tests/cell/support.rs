@@ -9,7 +9,7 @@ use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{Control, InputFile, Process, RobotFile, Sensors, Weld};
 use trueweld_plant::integrate::Integrator;
 use trueweld_plant::robot::{ElasticRobot, Port, Ports, Term};
-use trueweld_plant::simulate::{Controller, Program, Recording, Scenario, Seam, run};
+use trueweld_plant::simulate::{ControllerKind, Recording, Scenario, Seam, WeldProgram, run};
 
 /// The fixtures of one weld.
 #[derive(Debug)]
@@ -70,8 +70,8 @@ impl Fixtures {
     pub fn run(
         &self,
         cell: &Cell,
-        program: Program,
-        controller: Controller,
+        program: WeldProgram,
+        controller: ControllerKind,
         law: &Entry,
         controller_model: &Robot<f64>,
     ) -> Recording {
@@ -83,8 +83,8 @@ impl Fixtures {
     pub fn scenario<'a>(
         &'a self,
         cell: &'a Cell,
-        program: Program,
-        controller: Controller,
+        program: WeldProgram,
+        controller: ControllerKind,
         law: &'a Entry,
     ) -> Scenario<'a> {
         Scenario {

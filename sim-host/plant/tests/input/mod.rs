@@ -34,7 +34,7 @@ fn rendered(error: &InputError) -> String {
 
 /// The file parsed by the reader of its kind.
 fn parse(text: &str, name: &str) -> Result<(), InputError> {
-    match Document::parse(text, name)?.kind()? {
+    match TomlDocument::parse(text, name)?.kind()? {
         FileKind::Robot => RobotFile::parse(text, name).map(drop),
         FileKind::Process => Process::parse(text, name).map(drop),
         FileKind::Weld => Weld::parse(text, name).map(drop),
@@ -50,7 +50,7 @@ fn parse(text: &str, name: &str) -> Result<(), InputError> {
 fn check(path: impl AsRef<Path>) -> Result<FileKind, InputError> {
     let (name, text) = read_text(path.as_ref())?;
     parse(&text, &name)?;
-    Document::parse(&text, &name)?.kind()
+    TomlDocument::parse(&text, &name)?.kind()
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Rows of files that hold numbers as bytes, a block of them at a time.
 
-use super::rows::Rows;
+use super::rows::RowSource;
 use trueweld_plant::input::{InputError, Source};
 
 /// Gives the next rows of a file, a series a column; nothing at its end.
@@ -33,7 +33,7 @@ pub(super) fn damaged(file: &str, message: impl Into<String>, help: &str) -> Inp
     Source::new(file, "").error_of_file(message, help)
 }
 
-impl<B: Blocks> Rows for BlockRows<B> {
+impl<B: Blocks> RowSource for BlockRows<B> {
     fn names(&self) -> &[String] {
         &self.names
     }

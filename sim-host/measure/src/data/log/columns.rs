@@ -2,14 +2,14 @@
 //! which of them there are.
 
 use super::notice::LogNotice;
-use super::rows::Rows;
+use super::rows::RowSource;
 use super::units::{Dimension, names_of, unit_named};
-use crate::data::channel::{CHANNELS, COUNT, LogChannel, column_name};
+use crate::data::channel::{COUNT, LOG_CHANNELS, LogChannel, column_name};
 use crate::data::kind::LogKind;
-use trueweld_plant::input::{Bounds, InputError, Table, did_you_mean, nearest, unit_of};
+use trueweld_plant::input::{Bounds, InputError, TomlTable, did_you_mean, nearest, unit_of};
 
 /// Other forms in which a pose is recorded: name, dimension, largest magnitude.
-const FORMS: [(&str, Dimension, f64); 25] = [
+const POSE_FORMS: [(&str, Dimension, f64); 25] = [
     ("a", Dimension::Angle, 7.0),
     ("b", Dimension::Angle, 7.0),
     ("c", Dimension::Angle, 7.0),
@@ -37,11 +37,11 @@ const FORMS: [(&str, Dimension, f64); 25] = [
     ("reflector3_z", Dimension::Length, 100.0),
 ];
 
-/// Number of columns that a file may be mapped to: those of a plain log, then [`FORMS`].
-pub(super) const ALL: usize = COUNT + FORMS.len();
+/// Number of columns that a file may be mapped to: those of a plain log, then [`POSE_FORMS`].
+pub(super) const MAPPABLE_COLUMNS: usize = COUNT + POSE_FORMS.len();
 
 /// Column of the time.
-pub(super) const TIME: usize = LogChannel::Time.columns().start;
+pub(super) const TIME_COLUMN: usize = LogChannel::Time.columns().start;
 
 /// Columns of the forms of a pose.
 pub(super) const ABC: std::ops::Range<usize> = COUNT..COUNT + 3;
@@ -55,11 +55,11 @@ pub(super) fn reflector(index: usize) -> std::ops::Range<usize> {
 }
 
 /// Number of reflectors that may be tracked.
-pub(super) const REFLECTORS: usize = 3;
+pub(super) const REFLECTOR_COUNT: usize = 3;
 
 /// Name of a channel's column in `[columns]`: that of a plain log without its unit.
 pub fn channel_name(column: usize) -> &'static str {
-    match FORMS.get(column.wrapping_sub(COUNT)) {
+    match POSE_FORMS.get(column.wrapping_sub(COUNT)) {
         Some((name, ..)) => name,
         None => column_name(column).split_once('_').map_or("", |(name, _)| name),
     }
@@ -72,7 +72,7 @@ pub(super) fn shown_name(column: usize) -> &'static str {
 
 /// What the numbers of a column measure.
 pub fn dimension(column: usize) -> Dimension {
-    if let Some((_, dimension, _)) = FORMS.get(column.wrapping_sub(COUNT)) {
+    if let Some((_, dimension, _)) = POSE_FORMS.get(column.wrapping_sub(COUNT)) {
         return *dimension;
     }
     match unit_of(column_name(column)) {
@@ -88,12 +88,12 @@ pub fn dimension(column: usize) -> Dimension {
 
 /// Largest magnitude that a form of a pose can have.
 pub(super) fn most_of_form(column: usize) -> Option<f64> {
-    FORMS.get(column.wrapping_sub(COUNT)).map(|(_, _, most)| *most)
+    POSE_FORMS.get(column.wrapping_sub(COUNT)).map(|(_, _, most)| *most)
 }
 
 /// Number of the column with a name as in `[columns]`.
 pub fn channel_named(name: &str) -> Option<usize> {
-    (0..ALL).find(|column| channel_name(*column) == name)
+    (0..MAPPABLE_COLUMNS).find(|column| channel_name(*column) == name)
 }
 
 /// How one column of a file becomes one of a log: an entry of `[columns]`. The value is
@@ -137,11 +137,11 @@ impl ColumnMapping {
     }
 
     /// Reads an entry of `[columns]`.
-    pub(super) fn read(header: &str, table: &Table<'_>) -> Result<Self, InputError> {
+    pub(super) fn read(header: &str, table: &TomlTable<'_>) -> Result<Self, InputError> {
         table.only(&["channel", "unit", "factor", "offset"])?;
         let name = table.text("channel")?.text;
         let column = channel_named(name).ok_or_else(|| {
-            let names: Vec<&str> = (0..ALL).map(channel_name).collect();
+            let names: Vec<&str> = (0..MAPPABLE_COLUMNS).map(channel_name).collect();
             let expected = format!(
                 "the name of a channel{}: t, qe1 … qe6, ql1 …, tm1 …, fx fy fz, mx my mz, px py pz, rx ry rz, a b c, \
                  qw qx qy qz, r11 … r33, reflector1_x …, spindle, payload, cx cy cz",
@@ -210,7 +210,11 @@ pub(super) struct Bound {
 impl Bound {
     /// Finds the columns of a file that are read: those of `[columns]`, and those named as in a
     /// plain log. `path`: how log.toml calls the file.
-    pub fn new(rows: &dyn Rows, path: &str, mapping: &[ColumnMapping]) -> Result<Self, InputError> {
+    pub fn new(
+        rows: &dyn RowSource,
+        path: &str,
+        mapping: &[ColumnMapping],
+    ) -> Result<Self, InputError> {
         let names = rows.names();
         let (mut bindings, mut others) = (Vec::<Binding>::new(), Vec::new());
         for (field, name) in names.iter().enumerate() {
@@ -229,7 +233,7 @@ impl Bound {
             let plain = || {
                 let column = (0..COUNT).find(|column| column_name(*column) == name)?;
                 let mapped = mapping.iter().any(|entry| entry.column == column);
-                (column == TIME || !mapped).then_some((column, 1.0, 0.0))
+                (column == TIME_COLUMN || !mapped).then_some((column, 1.0, 0.0))
             };
             let found = match entry {
                 Some(entry) => {
@@ -261,7 +265,7 @@ impl Bound {
         }
         if !bindings.iter().any(|b| b.column < COUNT) {
             let known = |field: &str| {
-                CHANNELS.iter().flat_map(|c| c.columns).any(|column| *column == field)
+                LOG_CHANNELS.iter().flat_map(|c| c.columns).any(|column| *column == field)
                     || mapping.iter().any(|entry| entry.header == field)
             };
             if let Some(error) = rows.misread(&known) {
@@ -273,24 +277,24 @@ impl Bound {
 }
 
 /// Which columns a log has, in whatever file and form.
-pub(super) struct Header {
+pub(super) struct LogHeader {
     has: [bool; COUNT],
     /// Names that are not known, for the notice.
     pub unknown: Vec<String>,
 }
 
-impl Header {
+impl LogHeader {
     /// What all files of a log have together.
     pub fn of(files: &[Bound]) -> Self {
         let bound =
             |column: usize| files.iter().any(|f| f.bindings.iter().any(|b| b.column == column));
         let mut has: [bool; COUNT] = std::array::from_fn(bound);
         let all = |mut columns: std::ops::Range<usize>| columns.all(bound);
-        let points = (0..REFLECTORS).filter(|r| all(reflector(*r))).count();
+        let points = (0..REFLECTOR_COUNT).filter(|r| all(reflector(*r))).count();
         if points > 0 {
             LogChannel::Position.columns().for_each(|column| has[column] = true);
         }
-        if points == REFLECTORS || all(ABC) || all(QUATERNION) || all(MATRIX) {
+        if points == REFLECTOR_COUNT || all(ABC) || all(QUATERNION) || all(MATRIX) {
             LogChannel::Rotation.columns().for_each(|column| has[column] = true);
         }
         let unknown = files.iter().flat_map(|f| &f.others).map(|(_, name)| name.clone()).collect();
@@ -299,7 +303,7 @@ impl Header {
 
     /// Rows are even and their period is stated: they need no time.
     pub fn count_rows(&mut self) {
-        self.has[TIME] = true;
+        self.has[TIME_COLUMN] = true;
     }
 
     /// True where the column is there.
@@ -334,7 +338,7 @@ impl Header {
     /// silently.
     pub fn refuse_near_misses(
         &self,
-        rows: &dyn Rows,
+        rows: &dyn RowSource,
         kind: LogKind,
         others: &[(usize, String)],
     ) -> Result<(), InputError> {
@@ -405,14 +409,14 @@ impl Header {
     pub fn require(
         &self,
         kind: LogKind,
-        file: Option<(&dyn Rows, &Bound)>,
-        place: &Table<'_>,
+        file: Option<(&dyn RowSource, &Bound)>,
+        place: &TomlTable<'_>,
     ) -> Result<(), InputError> {
         let error = |message: String, label: &str, help: &str| match file {
             Some((rows, _)) => rows.error_at(None, message, label, help),
             None => place.error(&format!("and the files: {message}"), help),
         };
-        let required = CHANNELS
+        let required = LOG_CHANNELS
             .iter()
             .filter(|channel| channel.needed.contains(&kind))
             .flat_map(|channel| channel.id.columns());
@@ -446,7 +450,7 @@ impl Header {
                 }
             });
         }
-        for columns in CHANNELS.iter().filter(|c| c.together).map(|c| c.id.columns()) {
+        for columns in LOG_CHANNELS.iter().filter(|c| c.together).map(|c| c.id.columns()) {
             let there = columns.clone().find(|column| self.has(*column));
             let missing = columns.clone().find(|column| !self.has(*column));
             if let (Some(there), Some(missing)) = (there, missing) {
@@ -463,7 +467,7 @@ impl Header {
                         format!("Add `{missing}`, with empty fields where it has no values.");
                     (message, help)
                 };
-                let field = |(_, bound): (&dyn Rows, &Bound)| {
+                let field = |(_, bound): (&dyn RowSource, &Bound)| {
                     bound.bindings.iter().find(|b| b.column == there).map(|b| b.field)
                 };
                 return Err(match file {
@@ -486,7 +490,7 @@ impl Header {
 /// The columns that a kind of log may be compared by: the first of each channel whose columns come
 /// together, all of the others.
 pub(super) fn predicted(kind: LogKind) -> Vec<usize> {
-    let channels = CHANNELS.iter().filter(|channel| channel.predicted.contains(&kind));
+    let channels = LOG_CHANNELS.iter().filter(|channel| channel.predicted.contains(&kind));
     channels
         .flat_map(|channel| channel.id.columns().take(if channel.together { 1 } else { COUNT }))
         .collect()

@@ -9,9 +9,9 @@
 //! are fitted to the positions, of both arms, and rotations are compared by how far they turn from
 //! the first one, which no frame changes.
 
-use super::columns::{ABC, MATRIX, QUATERNION, TIME, named};
+use super::columns::{ABC, MATRIX, QUATERNION, TIME_COLUMN, named};
 use super::pose::to_rotation_vectors;
-use super::track::Track;
+use super::track::FileTrack;
 use crate::data::channel::LogChannel;
 use crate::register::{PosePair, frame_and_tool};
 use nalgebra::Matrix3;
@@ -49,10 +49,10 @@ impl Rigid {
 }
 
 /// Rows that are looked at.
-const ROWS: usize = 500;
+const RIGID_FIT_ROWS_MAX: usize = 500;
 
 /// Rows from which on a frame and a tool's offset are fitted: 36 numbers for 9 unknowns.
-const FITTED: usize = 12;
+const RIGID_FIT_ROWS_MIN: usize = 12;
 
 /// A real arm may be so much stiffer than its robot file says.
 const STIFFER: f64 = 2.0;
@@ -61,15 +61,15 @@ const STIFFER: f64 = 2.0;
 const SINGLE: f64 = 0.5 * f32::EPSILON as f64;
 
 /// Some rows of a track, evenly.
-pub(super) fn sketch(track: &Track) -> Track {
-    let step = track.time().len().div_ceil(ROWS).max(1);
+pub(super) fn sketch(track: &FileTrack) -> FileTrack {
+    let step = track.time().len().div_ceil(RIGID_FIT_ROWS_MAX).max(1);
     let thinned = |series: &Vec<f64>| series.iter().copied().step_by(step).collect();
     let columns = track.columns.iter().map(|column| column.as_ref().map(thinned)).collect();
-    Track { clock: track.clock.clone(), columns, rounding: track.rounding.clone() }
+    FileTrack { clock: track.clock.clone(), columns, rounding: track.rounding.clone() }
 }
 
 /// A row that holds the encoders and a pose.
-struct Row {
+struct PoseRow {
     /// The tool by the encoders.
     rigid: Pose<f64>,
     /// The same where gravity bends the arm.
@@ -81,22 +81,22 @@ struct Row {
 }
 
 /// One of the poses of a row.
-type PoseOf = fn(&Row) -> &Pose<f64>;
+type PoseOf = fn(&PoseRow) -> &Pose<f64>;
 
 /// What of the pose in `seen` agrees with the encoders in `own` and a rigid robot; `None` where they
 /// are of other instants.
-pub(super) fn rigid(own: &Track, seen: &Track, robot: &RobotFile) -> Option<Rigid> {
-    if own.columns[TIME] != seen.columns[TIME] {
+pub(super) fn rigid(own: &FileTrack, seen: &FileTrack, robot: &RobotFile) -> Option<Rigid> {
+    if own.columns[TIME_COLUMN] != seen.columns[TIME_COLUMN] {
         return None;
     }
     let rows = rows(own, seen, robot);
-    let judged = |channel: LogChannel, left: fn(&[&Row], PoseOf) -> Option<f64>| {
+    let judged = |channel: LogChannel, left: fn(&[&PoseRow], PoseOf) -> Option<f64>| {
         let which = usize::from(channel == LogChannel::Rotation);
-        let there = |row: &&Row| match which {
+        let there = |row: &&PoseRow| match which {
             0 => row.seen.position.sum().is_finite(),
             _ => row.seen.rotation.sum().is_finite(),
         };
-        let rows: Vec<&Row> = rows.iter().filter(there).collect();
+        let rows: Vec<&PoseRow> = rows.iter().filter(there).collect();
         let rounding: f64 = rows.iter().map(|row| row.rounding[which].powi(2)).sum();
         let (seen, bent) = (left(&rows, |row| &row.seen)?, left(&rows, |row| &row.bent)?);
         let mean = |square: f64| (square / rows.len() as f64).sqrt();
@@ -112,7 +112,7 @@ pub(super) fn rigid(own: &Track, seen: &Track, robot: &RobotFile) -> Option<Rigi
 }
 
 /// The rows that have every encoder.
-fn rows(own: &Track, seen: &Track, robot: &RobotFile) -> Vec<Row> {
+fn rows(own: &FileTrack, seen: &FileTrack, robot: &RobotFile) -> Vec<PoseRow> {
     let position = LogChannel::Position.columns();
     let rotation = LogChannel::Rotation.columns();
     let encoder = LogChannel::Encoder.columns();
@@ -121,7 +121,7 @@ fn rows(own: &Track, seen: &Track, robot: &RobotFile) -> Vec<Row> {
     let mut vectors = seen.clone();
     to_rotation_vectors(&mut vectors);
     // Half a unit of the last place, or of single precision where that is more.
-    let rounding = |track: &Track, column: usize, k: usize| {
+    let rounding = |track: &FileTrack, column: usize, k: usize| {
         let value = track.columns[column].as_ref().map_or(0.0, |series| series[k].abs());
         track.rounding[column].max(SINGLE * value)
     };
@@ -152,7 +152,7 @@ fn rows(own: &Track, seen: &Track, robot: &RobotFile) -> Vec<Row> {
             true => rotation_from_vector(&vector),
             false => Matrix3::repeat(f64::NAN),
         };
-        Some(Row {
+        Some(PoseRow {
             rigid: model.forward_kinematics(&q),
             bent,
             seen: Pose { rotation, position: vectors.vector(position.start, k) },
@@ -164,18 +164,21 @@ fn rows(own: &Track, seen: &Track, robot: &RobotFile) -> Vec<Row> {
 }
 
 /// Sum of squares of what positions leave of the rigid ones, m².
-fn position_left(rows: &[&Row], pose: PoseOf) -> Option<f64> {
+fn position_left(rows: &[&PoseRow], pose: PoseOf) -> Option<f64> {
     let left = rows.iter().map(|row| (pose(row).position - row.rigid.position).norm_squared());
     (!rows.is_empty()).then(|| left.sum())
 }
 
 /// The same with a frame and a tool's offset fitted.
-fn position_left_fitted(rows: &[&Row], pose: PoseOf) -> Option<f64> {
-    if rows.len() < FITTED {
+fn position_left_fitted(rows: &[&PoseRow], pose: PoseOf) -> Option<f64> {
+    if rows.len() < RIGID_FIT_ROWS_MIN {
         return None;
     }
-    let pair =
-        |row: &&Row| PosePair { nominal: row.rigid, position: pose(row).position, rotation: None };
+    let pair = |row: &&PoseRow| PosePair {
+        nominal: row.rigid,
+        position: pose(row).position,
+        rotation: None,
+    };
     let pairs: Vec<PosePair> = rows.iter().map(pair).collect();
     let mounting = frame_and_tool(&pairs)?.mounting;
     let left = pairs.iter().map(|pair| pair.left(&mounting.frame, &mounting.tool).0);
@@ -183,7 +186,7 @@ fn position_left_fitted(rows: &[&Row], pose: PoseOf) -> Option<f64> {
 }
 
 /// Sum of squares of how much more or less than the rigid ones rotations turn from the first, rad².
-fn rotation_left(rows: &[&Row], pose: PoseOf) -> Option<f64> {
+fn rotation_left(rows: &[&PoseRow], pose: PoseOf) -> Option<f64> {
     let first = rows.first()?;
     let angle =
         |a: &Pose<f64>, b: &Pose<f64>| rotation_vector(&a.rotation.tr_mul(&b.rotation)).norm();

@@ -1,11 +1,11 @@
 //! Which files a log's samples stand in, and how `log.toml` says that they are to be read: `files`,
 //! `[clock]`, `[columns]` and `[reflectors]`.
 
-use super::columns::{ColumnMapping, REFLECTORS};
+use super::columns::{ColumnMapping, REFLECTOR_COUNT};
 use super::text::{Dialect, SEPARATORS};
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
-use trueweld_plant::input::{Bounds, InputError, Table};
+use trueweld_plant::input::{Bounds, InputError, TomlTable};
 
 /// Name of the file with the rows, where `log.toml` names no other.
 pub const SAMPLES_FILE: &str = "samples.csv";
@@ -38,20 +38,20 @@ pub(super) struct ClockEntry {
 
 /// How the samples of a log are to be read.
 #[derive(Debug, Clone)]
-pub(super) struct Plan {
+pub(super) struct ReadingPlan {
     pub files: Vec<FileEntry>,
     pub clocks: Vec<ClockEntry>,
     pub columns: Vec<ColumnMapping>,
     /// Where the reflectors sit in T, m.
-    pub reflectors: [Option<Vector3<f64>>; REFLECTORS],
+    pub reflectors: [Option<Vector3<f64>>; REFLECTOR_COUNT],
 }
 
 /// Keys of `log.toml` that are read here.
 pub(super) const KEYS: [&str; 4] = ["files", "clock", "columns", "reflectors"];
 
-impl Plan {
+impl ReadingPlan {
     /// Reads what the top level of a `log.toml` says.
-    pub fn read(root: &Table<'_>, folder: &Path) -> Result<Self, InputError> {
+    pub fn read(root: &TomlTable<'_>, folder: &Path) -> Result<Self, InputError> {
         let files = if root.has("files") {
             root.tables("files")?
                 .iter()
@@ -80,7 +80,7 @@ impl Plan {
 
     /// Checks that every entry of `[columns]` was found in some file. `names`: the columns of
     /// every file.
-    pub fn all_found(&self, root: &Table<'_>, names: &[&[String]]) -> Result<(), InputError> {
+    pub fn all_found(&self, root: &TomlTable<'_>, names: &[&[String]]) -> Result<(), InputError> {
         for entry in &self.columns {
             let in_file = |(file, names): (&FileEntry, &&[String])| {
                 let rest = entry.header.strip_prefix(&file.written);
@@ -105,7 +105,7 @@ impl Plan {
     }
 }
 
-fn file(table: &Table<'_>, folder: &Path) -> Result<FileEntry, InputError> {
+fn file(table: &TomlTable<'_>, folder: &Path) -> Result<FileEntry, InputError> {
     table.only(&["path", "clock", "delimiter", "decimal", "header", "rows", "topic"])?;
     let path = table.file("path", folder)?;
     let clock = table.has("clock").then(|| table.name("clock")).transpose()?;
@@ -153,7 +153,7 @@ fn file(table: &Table<'_>, folder: &Path) -> Result<FileEntry, InputError> {
     })
 }
 
-fn clocks(root: &Table<'_>, files: &[FileEntry]) -> Result<Vec<ClockEntry>, InputError> {
+fn clocks(root: &TomlTable<'_>, files: &[FileEntry]) -> Result<Vec<ClockEntry>, InputError> {
     let mut clocks: Vec<ClockEntry> = Vec::new();
     for name in files.iter().filter_map(|file| file.clock.clone()) {
         if !clocks.iter().any(|clock| clock.name == name) {
@@ -185,7 +185,7 @@ fn clocks(root: &Table<'_>, files: &[FileEntry]) -> Result<Vec<ClockEntry>, Inpu
     Ok(clocks)
 }
 
-fn columns(root: &Table<'_>) -> Result<Vec<ColumnMapping>, InputError> {
+fn columns(root: &TomlTable<'_>) -> Result<Vec<ColumnMapping>, InputError> {
     if !root.has("columns") {
         return Ok(Vec::new());
     }
@@ -194,13 +194,14 @@ fn columns(root: &Table<'_>) -> Result<Vec<ColumnMapping>, InputError> {
     entries.map(|header| ColumnMapping::read(header, &table.table(header)?)).collect()
 }
 
-fn reflectors(root: &Table<'_>) -> Result<[Option<Vector3<f64>>; REFLECTORS], InputError> {
-    const NAMES: [&str; REFLECTORS] = ["reflector1_m", "reflector2_m", "reflector3_m"];
-    let mut at = [None; REFLECTORS];
+fn reflectors(root: &TomlTable<'_>) -> Result<[Option<Vector3<f64>>; REFLECTOR_COUNT], InputError> {
+    const REFLECTOR_POINTS: [&str; REFLECTOR_COUNT] =
+        ["reflector1_m", "reflector2_m", "reflector3_m"];
+    let mut at = [None; REFLECTOR_COUNT];
     if root.has("reflectors") {
         let table = root.table("reflectors")?;
-        table.only(&NAMES)?;
-        for (at, name) in at.iter_mut().zip(NAMES).filter(|(_, name)| table.has(name)) {
+        table.only(&REFLECTOR_POINTS)?;
+        for (at, name) in at.iter_mut().zip(REFLECTOR_POINTS).filter(|(_, name)| table.has(name)) {
             *at = Some(Vector3::from(table.numbers::<3>(name, Bounds::Between(-5.0, 5.0))?));
         }
     }

@@ -1,34 +1,34 @@
 //! Gaps in a log: in what drives the model short ones are filled, and long ones cut it into pieces; in
 //! what is compared long ones are told.
 
-use super::columns::{Header, shown_name};
+use super::columns::{LogHeader, shown_name};
 use super::notice::LogNotice;
-use super::samples::Columns;
+use super::samples::ColumnBuffer;
 use crate::data::channel::LogChannel;
 use crate::data::dropout::dropouts;
 use crate::data::kind::LogKind;
 use std::ops::Range;
 
 /// Most missing rows in a row that are interpolated: beyond, the log is cut.
-const FILLED: usize = 5;
+const FILLED_ROWS_MAX: usize = 5;
 
 /// Most gaps of one kind that a notice lists.
-const LISTED: usize = 6;
+const LISTED_GAPS_MAX: usize = 6;
 
 /// A step of rows that are brought to a grid is a gap where it is so many periods of the grid.
-pub(super) const GAP: f64 = 10.0;
+pub(super) const GAP_PERIODS: f64 = 10.0;
 
 /// Fills short gaps of what drives the model, and says which rows make up the pieces between the
 /// long ones.
 pub(super) fn pieces(
-    columns: &mut Columns,
+    columns: &mut ColumnBuffer,
     kind: LogKind,
     period: f64,
-    header: &Header,
+    header: &LogHeader,
     notices: &mut Vec<LogNotice>,
 ) -> Vec<Range<usize>> {
     let encoder = LogChannel::Encoder.columns();
-    let whole = |columns: &Columns, k: usize| {
+    let whole = |columns: &ColumnBuffer, k: usize| {
         encoder.clone().all(|c| columns.values[c].as_ref().is_some_and(|v| v[k].is_finite()))
     };
     if kind == LogKind::StaticLoad {
@@ -54,7 +54,7 @@ pub(super) fn pieces(
             k += 1;
         } else {
             let end = (k..n).find(|j| there[*j]).unwrap_or(n);
-            let short = end - k <= FILLED && start.is_some() && end < n;
+            let short = end - k <= FILLED_ROWS_MAX && start.is_some() && end < n;
             if short {
                 runs.push(k..end);
                 filled += end - k;
@@ -83,7 +83,8 @@ pub(super) fn pieces(
     if pieces.len() > 1 || lost > 0 {
         let first = columns.time.first().copied().unwrap_or(0.0);
         let at = |k: usize| columns.time[k.min(n - 1)] - first;
-        let gaps = pieces.windows(2).take(LISTED).map(|w| [at(w[0].end - 1), at(w[1].start)]);
+        let gaps =
+            pieces.windows(2).take(LISTED_GAPS_MAX).map(|w| [at(w[0].end - 1), at(w[1].start)]);
         let encoder = encoder.start;
         notices.push(LogNotice::Cut {
             column: (!header.has(encoder)).then(|| shown_name(encoder)),
@@ -96,13 +97,13 @@ pub(super) fn pieces(
 }
 
 /// Tells for how long instruments read nothing while the encoders were recorded.
-fn tell_dropouts(columns: &Columns, pieces: &[Range<usize>], notices: &mut Vec<LogNotice>) {
+fn tell_dropouts(columns: &ColumnBuffer, pieces: &[Range<usize>], notices: &mut Vec<LogNotice>) {
     let mut told: Vec<(Vec<Range<usize>>, Vec<&'static str>)> = Vec::new();
     let cut = |k: usize| !pieces.iter().any(|piece| piece.contains(&k));
     for column in LogChannel::LinkEncoder.columns().start..LogChannel::Spindle.columns().start {
         let Some(values) = &columns.values[column] else { continue };
         let read = |k: usize| values[k].is_finite() || cut(k);
-        let stretches = dropouts((0..values.len()).map(read), FILLED);
+        let stretches = dropouts((0..values.len()).map(read), FILLED_ROWS_MAX);
         match told.iter_mut().find(|(others, _)| *others == stretches) {
             _ if stretches.is_empty() => {}
             Some((_, names)) => names.push(shown_name(column)),
@@ -111,7 +112,7 @@ fn tell_dropouts(columns: &Columns, pieces: &[Range<usize>], notices: &mut Vec<L
     }
     let from_first = |k: usize| columns.time[k] - columns.time[0];
     for (stretches, names) in told {
-        let stretches = stretches.iter().take(LISTED);
+        let stretches = stretches.iter().take(LISTED_GAPS_MAX);
         notices.push(LogNotice::Dropout {
             columns: names,
             stretches: stretches.map(|s| [from_first(s.start), from_first(s.end - 1)]).collect(),
@@ -120,10 +121,10 @@ fn tell_dropouts(columns: &Columns, pieces: &[Range<usize>], notices: &mut Vec<L
 }
 
 /// Puts rows without values where single ones were lost.
-fn insert_lost_rows(columns: &mut Columns, period: f64) {
+fn insert_lost_rows(columns: &mut ColumnBuffer, period: f64) {
     let lost = |w: &[f64]| {
         let periods = ((w[1] - w[0]) / period).round();
-        let few = periods >= 2.0 && periods <= (FILLED + 1) as f64;
+        let few = periods >= 2.0 && periods <= (FILLED_ROWS_MAX + 1) as f64;
         if few { periods as usize - 1 } else { 0 }
     };
     if columns.time.windows(2).all(|w| lost(w) == 0) {
@@ -147,7 +148,7 @@ fn insert_lost_rows(columns: &mut Columns, period: f64) {
     }
 }
 
-fn keep(columns: &mut Columns, rows: &[usize]) {
+fn keep(columns: &mut ColumnBuffer, rows: &[usize]) {
     columns.time = rows.iter().map(|k| columns.time[*k]).collect();
     for values in columns.values.iter_mut().flatten() {
         *values = rows.iter().map(|k| values[*k]).collect();

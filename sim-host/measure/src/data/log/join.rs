@@ -1,14 +1,14 @@
 //! Files of several clocks and rates become the rows of one log: those of the file with the
 //! encoders, at whose times the others are read.
 
-use super::columns::{REFLECTORS, TIME, reflector};
-use super::files::Plan;
-use super::gaps::GAP;
+use super::columns::{REFLECTOR_COUNT, TIME_COLUMN, reflector};
+use super::files::ReadingPlan;
+use super::gaps::GAP_PERIODS;
 use super::notice::LogNotice;
 use super::pose::{fit_places, points, span_a_plane, to_rotation_vectors, to_tool, tracked};
 use super::rows_at::{nearest_rows, poses_at, read_at};
-use super::samples::Columns;
-use super::track::Track;
+use super::samples::ColumnBuffer;
+use super::track::FileTrack;
 use crate::data::channel::{COUNT, LogChannel};
 use crate::data::clock::{ClockMap, FittedClock, Points, correlate, fit};
 use crate::data::kind::LogKind;
@@ -16,10 +16,10 @@ use crate::data::resample::{is_even, median_step};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use trueweld_core::{JOINTS, JointVector, Pose};
-use trueweld_plant::input::{InputError, RobotFile, Table};
+use trueweld_plant::input::{InputError, RobotFile, TomlTable};
 
 /// A point of every row.
-type Series = Vec<Vector3<f64>>;
+type ReflectorSeries = Vec<Vector3<f64>>;
 
 /// Rows from which on a log that is sampled faster than anything in it needs is thinned.
 const MANY: usize = 100_000;
@@ -46,15 +46,15 @@ pub struct LogClock {
 }
 
 /// What the files of a log came to.
-pub(super) struct Joined {
-    pub columns: Columns,
+pub(super) struct JoinedFiles {
+    pub columns: ColumnBuffer,
     /// Variance of the noise in each column per variance of the instrument's.
     pub gain: [f64; COUNT],
     pub clocks: Vec<LogClock>,
     /// The point of the tool that the tracker saw, in T, m; `None` for the tool centre point.
     pub target: Option<Vector3<f64>>,
     /// What stands on clocks that were fitted.
-    pub later: Arc<Vec<Track>>,
+    pub later: Arc<Vec<FileTrack>>,
 }
 
 /// Brings the files of a log together.
@@ -62,18 +62,18 @@ pub(super) struct Join<'a> {
     pub kind: LogKind,
     pub robot: &'a RobotFile,
     pub period: Option<f64>,
-    pub plan: &'a Plan,
-    pub root: &'a Table<'a>,
+    pub plan: &'a ReadingPlan,
+    pub root: &'a TomlTable<'a>,
 }
 
 impl Join<'_> {
     /// Joins what was read. What a person should know goes into `notices`.
     pub fn run(
         &self,
-        mut tracks: Vec<Track>,
+        mut tracks: Vec<FileTrack>,
         notices: &mut Vec<LogNotice>,
-    ) -> Result<Joined, InputError> {
-        let encoders = |track: &Track| {
+    ) -> Result<JoinedFiles, InputError> {
+        let encoders = |track: &FileTrack| {
             LogChannel::Encoder.columns().filter(|c| track.columns[*c].is_some()).count()
         };
         let leader = (0..tracks.len()).rev().max_by_key(|k| encoders(&tracks[*k])).unwrap_or(0);
@@ -93,7 +93,7 @@ impl Join<'_> {
                 continue;
             }
             let given = [entry.offset.is_some(), entry.drift.is_some()];
-            let members: Vec<&Track> =
+            let members: Vec<&FileTrack> =
                 tracks.iter().filter(|t| t.clock.as_ref() == Some(&entry.name)).collect();
             let start =
                 ClockMap { offset: entry.offset.unwrap_or(0.0), drift: entry.drift.unwrap_or(0.0) };
@@ -118,11 +118,11 @@ impl Join<'_> {
         let target = self.reflectors(&mut own, &mut tracks, &clocks, &path, notices)?;
         let own_period = median_step(own.time());
         let grid = self.grid(&own, own_period, notices);
-        let mut columns = Columns { time: grid, ..Columns::default() };
+        let mut columns = ColumnBuffer { time: grid, ..ColumnBuffer::default() };
         let mut gain = [1.0; COUNT];
         if columns.time.is_empty() {
-            columns.time = own.columns[TIME].take().unwrap_or_default();
-            for column in (0..COUNT).filter(|column| *column != TIME) {
+            columns.time = own.columns[TIME_COLUMN].take().unwrap_or_default();
+            for column in (0..COUNT).filter(|column| *column != TIME_COLUMN) {
                 columns.values[column] = own.columns[column].take();
             }
         } else {
@@ -138,17 +138,17 @@ impl Join<'_> {
                 read_at(track, &map, self.kind, &mut columns, &mut gain);
             }
         }
-        let fitted = |track: &Track| {
+        let fitted = |track: &FileTrack| {
             clocks.iter().any(|c| Some(&c.name) == track.clock.as_ref() && c.fitted.is_some())
         };
         tracks.retain(fitted);
-        Ok(Joined { columns, gain, clocks, target, later: Arc::new(tracks) })
+        Ok(JoinedFiles { columns, gain, clocks, target, later: Arc::new(tracks) })
     }
 
     /// Tool poses by the encoders, where something else saw the tool. `others`: true where there are
     /// other tracks than the encoders' own.
-    fn path(&self, own: &Track, others: bool) -> Vec<Pose<f64>> {
-        if !others && !(0..REFLECTORS).any(|r| own.has(reflector(r))) {
+    fn path(&self, own: &FileTrack, others: bool) -> Vec<Pose<f64>> {
+        if !others && !(0..REFLECTOR_COUNT).any(|r| own.has(reflector(r))) {
             return Vec::new();
         }
         let first = LogChannel::Encoder.columns().start;
@@ -164,9 +164,9 @@ impl Join<'_> {
     /// Fits a clock by what its files saw of the motion.
     fn fitted(
         &self,
-        own: &Track,
+        own: &FileTrack,
         path: &[Pose<f64>],
-        members: &[&Track],
+        members: &[&FileTrack],
         start: ClockMap,
         given: [bool; 2],
     ) -> Option<FittedClock> {
@@ -194,16 +194,16 @@ impl Join<'_> {
     /// Second encoders turn as the encoders do: angles of three joints as a point.
     fn by_link_encoders<'t>(
         &self,
-        own: &Track,
-        members: &'t [&'t Track],
-    ) -> Option<(Series, &'t Track, Series)> {
+        own: &FileTrack,
+        members: &'t [&'t FileTrack],
+    ) -> Option<(ReflectorSeries, &'t FileTrack, ReflectorSeries)> {
         let link = LogChannel::LinkEncoder.columns().start;
-        let of = |track: &Track| -> Vec<usize> {
+        let of = |track: &FileTrack| -> Vec<usize> {
             (0..JOINTS).filter(|i| track.columns[link + i].is_some()).take(3).collect()
         };
         let track = members.iter().find(|track| !of(track).is_empty())?;
         let joints = of(track);
-        let series = |track: &Track, first: usize| {
+        let series = |track: &FileTrack, first: usize| {
             (0..track.time().len())
                 .map(|k| {
                     Vector3::from_fn(|i, _| {
@@ -219,7 +219,7 @@ impl Join<'_> {
     }
 
     /// True where rows at rest belong together by their order.
-    fn by_order(&self, own: &Track, members: &[&Track]) -> bool {
+    fn by_order(&self, own: &FileTrack, members: &[&FileTrack]) -> bool {
         let rows = own.time().len();
         self.kind == LogKind::StaticLoad && members.iter().all(|t| t.time().len() == rows)
     }
@@ -244,7 +244,7 @@ impl Join<'_> {
         );
         match self.root.tables("files") {
             Ok(files) => {
-                let of = |t: &&Table<'_>| {
+                let of = |t: &&TomlTable<'_>| {
                     t.has("clock") && t.text("clock").is_ok_and(|c| c.text == clock)
                 };
                 files.iter().find(of).unwrap_or(self.root).error(&message, help)
@@ -256,8 +256,8 @@ impl Join<'_> {
     /// Turns reflectors into a pose or a point, wherever they were tracked.
     fn reflectors(
         &self,
-        own: &mut Track,
-        tracks: &mut [Track],
+        own: &mut FileTrack,
+        tracks: &mut [FileTrack],
         clocks: &[LogClock],
         path: &[Pose<f64>],
         notices: &mut Vec<LogNotice>,
@@ -294,7 +294,7 @@ impl Join<'_> {
 
     /// The times that a log is thinned to, or an uneven one is brought to; empty where it keeps its
     /// own.
-    fn grid(&self, own: &Track, period: f64, notices: &mut Vec<LogNotice>) -> Vec<f64> {
+    fn grid(&self, own: &FileTrack, period: f64, notices: &mut Vec<LogNotice>) -> Vec<f64> {
         let target = match self.kind {
             LogKind::StaticLoad => return Vec::new(),
             LogKind::RingDown => THINNED_RING,
@@ -318,7 +318,7 @@ impl Join<'_> {
         let mut k = 0.0;
         for pair in time.windows(2) {
             // No rows over a gap: a clock that was set leaves one of years.
-            if pair[1] - pair[0] > GAP * step {
+            if pair[1] - pair[0] > GAP_PERIODS * step {
                 k = ((pair[1] - first) / step).ceil();
             }
             while first + k * step <= pair[1] {
@@ -330,14 +330,20 @@ impl Join<'_> {
     }
 
     /// Reads rows at rest: by their order, or each at the nearest time.
-    fn at_rest(&self, track: &Track, map: &ClockMap, by_order: bool, columns: &mut Columns) {
+    fn at_rest(
+        &self,
+        track: &FileTrack,
+        map: &ClockMap,
+        by_order: bool,
+        columns: &mut ColumnBuffer,
+    ) {
         let times: Vec<f64> = track.time().iter().map(|t| map.own(*t)).collect();
         let rows: Vec<Option<usize>> = if by_order {
             (0..columns.time.len()).map(|k| (k < times.len()).then_some(k)).collect()
         } else {
             nearest_rows(&columns.time, &times)
         };
-        for column in (0..COUNT).filter(|column| *column != TIME) {
+        for column in (0..COUNT).filter(|column| *column != TIME_COLUMN) {
             if let Some(values) = &track.columns[column] {
                 let at = |row: &Option<usize>| row.map_or(f64::NAN, |k| values[k]);
                 columns.values[column] = Some(rows.iter().map(at).collect());
@@ -346,13 +352,13 @@ impl Join<'_> {
     }
 }
 
-fn set_time(track: &mut Track, map: &ClockMap) {
+fn set_time(track: &mut FileTrack, map: &ClockMap) {
     if *map != ClockMap::OWN {
-        track.columns[TIME].iter_mut().flatten().for_each(|t| *t = map.own(*t));
+        track.columns[TIME_COLUMN].iter_mut().flatten().for_each(|t| *t = map.own(*t));
     }
 }
 
-fn clock_of(track: &Track, clocks: &[LogClock]) -> ClockMap {
+fn clock_of(track: &FileTrack, clocks: &[LogClock]) -> ClockMap {
     clocks
         .iter()
         .find(|clock| Some(&clock.name) == track.clock.as_ref())
@@ -376,9 +382,9 @@ pub(super) fn refit(
     poses: &[Pose<f64>],
     target: Option<Vector3<f64>>,
     clocks: &mut [LogClock],
-    tracks: &[Track],
+    tracks: &[FileTrack],
     kind: LogKind,
-) -> Option<Columns> {
+) -> Option<ColumnBuffer> {
     let on_tool = target.unwrap_or_else(Vector3::zeros);
     let path: Vec<Vector3<f64>> =
         poses.iter().map(|pose| pose.position + pose.rotation * on_tool).collect();
@@ -399,7 +405,7 @@ pub(super) fn refit(
     if !moved {
         return None;
     }
-    let mut columns = Columns { time: time.to_vec(), ..Columns::default() };
+    let mut columns = ColumnBuffer { time: time.to_vec(), ..ColumnBuffer::default() };
     let mut gain = [1.0; COUNT];
     for track in tracks {
         read_at(track, &clock_of(track, clocks), kind, &mut columns, &mut gain);

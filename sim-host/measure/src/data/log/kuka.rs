@@ -14,7 +14,7 @@
 //! Left out: other types of numbers, and channels one after the other.
 
 use super::blocks::{BlockRows, Blocks, damaged};
-use super::rows::{MOST_COLUMNS, MOST_ROWS, Rows};
+use super::rows::{MOST_COLUMNS, ROW_FILE_BYTES_MAX, RowSource};
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 use trueweld_plant::input::file::InputReader;
@@ -24,37 +24,37 @@ use trueweld_plant::input::{InputError, Source, folder_of, open};
 const MOST_HEADER: u64 = 4 << 20;
 
 /// Rows in a block.
-const BLOCK: usize = 4096;
+const KUKA_BLOCK_ROWS: usize = 4096;
 
 /// First word of such a header.
-pub(super) const MAGIC: &[u8] = b"DIAEXTENDED";
+pub(super) const KUKA_MAGIC: &[u8] = b"DIAEXTENDED";
 
 /// Where a channel's numbers are.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Place {
+enum ChannelPlace {
     /// Counted: start and step.
     Counted,
     /// In a file, by its number, and a column there, from 0.
     Column(usize, usize),
 }
 
-struct Channel {
-    place: Place,
+struct KukaChannel {
+    place: ChannelPlace,
     offset: f64,
     factor: f64,
 }
 
 /// The files behind a header, read together.
-struct Trace {
+struct KukaTrace {
     name: String,
-    channels: Vec<Channel>,
+    channels: Vec<KukaChannel>,
     files: Vec<(PathBuf, BufReader<InputReader>, usize)>,
     rows: usize,
     read: usize,
 }
 
 /// Opens a trace by its header.
-pub(super) fn open_trace(path: &Path) -> Result<Box<dyn Rows>, InputError> {
+pub(super) fn open_trace(path: &Path) -> Result<Box<dyn RowSource>, InputError> {
     let name = path.display().to_string();
     let mut bytes = Vec::new();
     open(path, MOST_HEADER)?.take(MOST_HEADER).read_to_end(&mut bytes).map_err(|error| {
@@ -67,11 +67,11 @@ pub(super) fn open_trace(path: &Path) -> Result<Box<dyn Rows>, InputError> {
 }
 
 /// Reads a header.
-fn header(text: &str, name: &str, folder: &Path) -> Result<(Vec<String>, Trace), InputError> {
+fn header(text: &str, name: &str, folder: &Path) -> Result<(Vec<String>, KukaTrace), InputError> {
     let source = Source::new(name, text);
     let mut names: Vec<String> = Vec::new();
     let mut paths: Vec<PathBuf> = Vec::new();
-    let mut channels: Vec<Channel> = Vec::new();
+    let mut channels: Vec<KukaChannel> = Vec::new();
     let mut rows: Option<usize> = None;
     let mut entries: Option<Vec<(&str, &str, usize)>> = None;
     let mut at = 0;
@@ -111,7 +111,7 @@ fn header(text: &str, name: &str, folder: &Path) -> Result<(Vec<String>, Trace),
                     return Err(wrong("220", "as many values as the channels before have"));
                 }
                 let place = match entry("210").map(|(_, value, _)| *value) {
-                    Some("IMPLIZIT") => Place::Counted,
+                    Some("IMPLIZIT") => ChannelPlace::Counted,
                     Some("EXPLIZIT") => {
                         if entry("213").is_some_and(|(_, value, _)| *value != "BLOCK") {
                             return Err(wrong("213", "BLOCK"));
@@ -137,7 +137,7 @@ fn header(text: &str, name: &str, folder: &Path) -> Result<(Vec<String>, Trace),
                             paths.push(path);
                             paths.len() - 1
                         });
-                        Place::Column(file, column as usize - 1)
+                        ChannelPlace::Column(file, column as usize - 1)
                     }
                     _ => return Err(wrong("210", "EXPLIZIT or IMPLIZIT")),
                 };
@@ -149,7 +149,7 @@ fn header(text: &str, name: &str, folder: &Path) -> Result<(Vec<String>, Trace),
                     format!("{title} [{unit}]")
                 });
                 let (offset, factor) = (number("240", Some(0.0))?, number("241", Some(1.0))?);
-                channels.push(Channel { place, offset, factor });
+                channels.push(KukaChannel { place, offset, factor });
                 if channels.len() > MOST_COLUMNS {
                     return Err(wrong("200", "at most 4096 channels"));
                 }
@@ -174,8 +174,8 @@ fn header(text: &str, name: &str, folder: &Path) -> Result<(Vec<String>, Trace),
     }
     let widths: Vec<usize> = (0..paths.len())
         .map(|file| {
-            let of = |channel: &Channel| match channel.place {
-                Place::Column(f, column) if f == file => Some(column + 1),
+            let of = |channel: &KukaChannel| match channel.place {
+                ChannelPlace::Column(f, column) if f == file => Some(column + 1),
                 _ => None,
             };
             channels.iter().filter_map(of).max().unwrap_or(1)
@@ -183,7 +183,7 @@ fn header(text: &str, name: &str, folder: &Path) -> Result<(Vec<String>, Trace),
         .collect();
     let mut files = Vec::with_capacity(paths.len());
     for (path, width) in paths.into_iter().zip(widths) {
-        let input = open(&path, MOST_ROWS)?;
+        let input = open(&path, ROW_FILE_BYTES_MAX)?;
         let bytes = std::fs::metadata(&path).map_or(0, |metadata| metadata.len());
         // Rows may hold channels that the header does not name.
         let fits = bytes % (8 * rows as u64) == 0 && bytes / (8 * rows as u64) >= width as u64;
@@ -197,7 +197,7 @@ fn header(text: &str, name: &str, folder: &Path) -> Result<(Vec<String>, Trace),
         let width = (bytes / (8 * rows as u64)) as usize;
         files.push((path, BufReader::with_capacity(1 << 16, input), width));
     }
-    Ok((names, Trace { name: name.to_owned(), channels, files, rows, read: 0 }))
+    Ok((names, KukaTrace { name: name.to_owned(), channels, files, rows, read: 0 }))
 }
 
 /// The file that a header names: in the header's folder, whatever folder it was written in.
@@ -206,9 +206,9 @@ fn beside(folder: &Path, file: &str) -> PathBuf {
     folder.join(last)
 }
 
-impl Blocks for Trace {
+impl Blocks for KukaTrace {
     fn next(&mut self) -> Result<Option<Vec<Vec<f64>>>, InputError> {
-        let rows = BLOCK.min(self.rows - self.read);
+        let rows = KUKA_BLOCK_ROWS.min(self.rows - self.read);
         if rows == 0 {
             return Ok(None);
         }
@@ -222,10 +222,10 @@ impl Blocks for Trace {
             })?;
             blocks.push(bytes);
         }
-        let column = |channel: &Channel| -> Vec<f64> {
+        let column = |channel: &KukaChannel| -> Vec<f64> {
             let number = |k: usize| match channel.place {
-                Place::Counted => (self.read + k) as f64,
-                Place::Column(file, column) => {
+                ChannelPlace::Counted => (self.read + k) as f64,
+                ChannelPlace::Column(file, column) => {
                     let start = 8 * (k * self.files[file].2 + column);
                     let bytes = blocks[file].get(start..start + 8).unwrap_or(&[0; 8]);
                     f64::from_le_bytes(bytes.try_into().unwrap_or_default())

@@ -10,9 +10,9 @@ use std::ops::Range;
 use trueweld_plant::input::{InputError, Source};
 
 /// No table of samples has a line longer than this, bytes; one line is all that is held.
-const LONGEST: u64 = 1 << 20;
+const LINE_BYTES_MAX: u64 = 1 << 20;
 
-pub(super) struct Lines<R> {
+pub(super) struct LineReader<R> {
     name: String,
     input: BufReader<R>,
     parser: Reader,
@@ -31,7 +31,7 @@ pub(super) struct Lines<R> {
     cut: bool,
 }
 
-impl<R: Read> Lines<R> {
+impl<R: Read> LineReader<R> {
     /// Lines of a file that errors call `name`, with this byte between the fields.
     pub fn new(name: String, input: R, delimiter: u8) -> Self {
         let mut parser = ReaderBuilder::new();
@@ -54,14 +54,15 @@ impl<R: Read> Lines<R> {
     pub fn advance(&mut self) -> Result<bool, InputError> {
         loop {
             self.line.clear();
-            let read = (&mut self.input).take(LONGEST).read_until(b'\n', &mut self.line).map_err(
-                |error| {
+            let read = (&mut self.input)
+                .take(LINE_BYTES_MAX)
+                .read_until(b'\n', &mut self.line)
+                .map_err(|error| {
                     self.error_of_file(
                         format!("cannot be read: {error}"),
                         "Check the path and its permissions.",
                     )
-                },
-            )?;
+                })?;
             if read == 0 {
                 return Ok(false);
             }
@@ -91,9 +92,10 @@ impl<R: Read> Lines<R> {
             let message = "a carriage return alone ends the line here; expected LF or CR LF";
             return Err(self.error(at..at, message, "CR", "Save the file with line feeds (LF)."));
         }
-        if self.cut && read == LONGEST {
-            let message =
-                format!("the line is longer than {LONGEST} bytes; expected a table of samples");
+        if self.cut && read == LINE_BYTES_MAX {
+            let message = format!(
+                "the line is longer than {LINE_BYTES_MAX} bytes; expected a table of samples"
+            );
             return Err(self.error(
                 0..1,
                 message,

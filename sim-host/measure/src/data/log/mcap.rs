@@ -3,14 +3,14 @@
 //!
 //! | message | columns |
 //! |---|---|
-//! | `sensor_msgs/msg/JointState` | `time`, `position NAME`, `velocity NAME`, `effort NAME` |
+//! | `sensor_msgs/msg/JointState` | `time`, `position NAME`, `velocity NAME`, `options NAME` |
 //! | `geometry_msgs/msg/WrenchStamped` | `time`, `force.x` …, `torque.x` … |
 //! | `geometry_msgs/msg/PoseStamped` | `time`, `position.x` …, `orientation.x` … `orientation.w` |
 //!
 //! Messages are in CDR, as ROS 2 writes them. Left out: other messages and encodings.
 
 use super::blocks::{BlockRows, Blocks, damaged};
-use super::rows::{MOST_COLUMNS, MOST_ROWS, Rows};
+use super::rows::{MOST_COLUMNS, ROW_FILE_BYTES_MAX, RowSource};
 use mcap::records::{ChunkHeader, Record};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::BTreeMap;
@@ -23,17 +23,17 @@ use trueweld_plant::input::{InputError, open};
 type Published = (String, Message, Vec<(String, f64)>);
 
 /// First bytes of such a file.
-pub(super) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+pub(super) const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
 /// Most bytes of one record, a chunk of messages, packed and unpacked: writers make them of some
 /// megabytes.
 const MOST_RECORD: usize = 64 << 20;
 
 /// Rows in a block.
-const BLOCK: usize = 4096;
+const MCAP_BLOCK_ROWS: usize = 4096;
 
 /// What is said of a file that cannot be read.
-const HELP: &str =
+const MCAP_HELP: &str =
     "Is it a recording of ROS 2, and was it closed? `mcap recover FILE` mends one that was not.";
 
 /// A message that is read.
@@ -158,7 +158,7 @@ impl Bag {
             .with_emit_chunks(true);
         Ok(Self {
             name: path.display().to_string(),
-            input: open(path, MOST_ROWS)?,
+            input: open(path, ROW_FILE_BYTES_MAX)?,
             reader: LinearReader::new_with_options(options),
             chunk: Vec::new(),
             at: 0,
@@ -181,7 +181,7 @@ impl Bag {
             let (data, opcode) = if unpacked {
                 let Some((opcode, data)) = record_at(&self.chunk, &mut self.at) else {
                     let message = "a chunk of messages ends within one";
-                    return Err(damaged(&self.name, message, HELP));
+                    return Err(damaged(&self.name, message, MCAP_HELP));
                 };
                 (data, opcode)
             } else {
@@ -189,12 +189,12 @@ impl Bag {
                     None => return Ok(None),
                     Some(Err(error)) => {
                         let message = format!("cannot be read as MCAP: {error}");
-                        return Err(damaged(&self.name, message, HELP));
+                        return Err(damaged(&self.name, message, MCAP_HELP));
                     }
                     Some(Ok(LinearReadEvent::ReadRequest(need))) => {
                         let buffer = self.reader.insert(need.min(MOST_RECORD));
                         let read = self.input.read(buffer).map_err(|error| {
-                            damaged(&self.name, format!("cannot be read: {error}"), HELP)
+                            damaged(&self.name, format!("cannot be read: {error}"), MCAP_HELP)
                         })?;
                         self.reader.notify_read(read);
                         continue;
@@ -203,13 +203,13 @@ impl Bag {
                 }
             };
             let record = mcap::parse_record(opcode, data).map_err(|error| {
-                damaged(&self.name, format!("cannot be read as MCAP: {error}"), HELP)
+                damaged(&self.name, format!("cannot be read as MCAP: {error}"), MCAP_HELP)
             })?;
             match record {
                 Record::Chunk { header, data } if !unpacked => {
                     let chunk = unpack(&header, &data).map_err(|error| {
                         let message = format!("a chunk of messages cannot be unpacked: {error}");
-                        damaged(&self.name, message, HELP)
+                        damaged(&self.name, message, MCAP_HELP)
                     })?;
                     (self.chunk, self.at) = (chunk, 0);
                 }
@@ -231,7 +231,7 @@ impl Bag {
                     }
                     let Some(values) = message.decode(&data) else {
                         let text = format!("a message of {topic} ends too early");
-                        return Err(damaged(&self.name, text, HELP));
+                        return Err(damaged(&self.name, text, MCAP_HELP));
                     };
                     return Ok(Some((topic.clone(), *message, values)));
                 }
@@ -280,7 +280,10 @@ pub(super) fn topics(path: &Path) -> Result<Vec<String>, InputError> {
 }
 
 /// Opens one topic of a recording.
-pub(super) fn open_mcap(path: &Path, topic: Option<&str>) -> Result<Box<dyn Rows>, InputError> {
+pub(super) fn open_mcap(
+    path: &Path,
+    topic: Option<&str>,
+) -> Result<Box<dyn RowSource>, InputError> {
     let mut bag = Bag::open(path)?;
     let name = bag.name.clone();
     let Some(topic) = topic.map(str::to_owned) else {
@@ -314,7 +317,7 @@ impl Blocks for Bag {
         let mut block: Vec<Vec<f64>> = vec![Vec::new(); self.names.len()];
         let topic = self.topic.clone();
         let mut rows = 0;
-        while rows < BLOCK {
+        while rows < MCAP_BLOCK_ROWS {
             let row = match self.pending.take() {
                 Some(row) => row,
                 None => {

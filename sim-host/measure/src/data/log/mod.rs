@@ -14,7 +14,6 @@
 //! stream; what is held is the columns. Left out: filtering, and filling in of missing values but
 //! short gaps of the encoders, which are up to the prediction.
 
-mod apart;
 mod blocks;
 mod columns;
 pub mod computed;
@@ -37,6 +36,7 @@ mod rows;
 mod rows_at;
 mod samples;
 mod screen;
+mod slow_channels;
 mod source;
 mod text;
 mod time_of_day;
@@ -46,27 +46,27 @@ pub mod units;
 pub use columns::{ColumnMapping, channel_name, channel_named, dimension};
 pub use files::SAMPLES_FILE;
 pub use join::LogClock;
-pub use noise::{Level, NoiseLevels};
+pub use noise::{NoiseLevel, NoiseLevels};
 pub use notice::LogNotice;
 pub use samples::{Payload, Samples};
 
 use super::channel::LogChannel;
 pub use super::kind::LogKind;
 use crate::register::Mounting;
-use columns::{Bound, Header};
-use files::Plan;
-use join::{Join, Joined};
+use columns::{Bound, LogHeader};
+use files::ReadingPlan;
+use join::{Join, JoinedFiles};
 use nalgebra::Vector3;
-use rows::Rows;
+use rows::RowSource;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use track::{Expected, Track};
+use track::{Expected, FileTrack};
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{Pose, Robot};
 use trueweld_plant::input::{
-    Bounds, Document, FileKind, InputError, InputFile, Process, RobotFile, Source, Table, Weld,
-    nearest, read_text,
+    Bounds, FileKind, InputError, InputFile, Process, RobotFile, Source, TomlDocument, TomlTable,
+    Weld, nearest, read_text,
 };
 use trueweld_plant::simulate::Seam;
 
@@ -103,14 +103,14 @@ pub struct Log {
     /// Text of `log.toml`, for errors that point into it.
     pub source: Source,
     /// How the files became the rows.
-    pub origin: Origin,
+    pub origin: LogOrigin,
     /// The first value that cannot be right, in the files as they are.
-    pub doubt: Option<InputError>,
+    pub implausible: Option<InputError>,
 }
 
 /// How the files of a log became its rows.
 #[derive(Debug, Clone, Default)]
-pub struct Origin {
+pub struct LogOrigin {
     /// The entries of `[columns]`.
     pub columns: Vec<ColumnMapping>,
     /// The clocks of its instruments.
@@ -123,10 +123,10 @@ pub struct Origin {
     /// Where the tracker stands, where `log.toml` says so or it was found.
     mounting: Option<Mounting>,
     /// What stands on clocks that were fitted.
-    later: Arc<Vec<Track>>,
+    later: Arc<Vec<FileTrack>>,
 }
 
-impl Origin {
+impl LogOrigin {
     /// True where `log.toml` says where the tracker stands, or it was found.
     pub fn is_registered(&self) -> bool {
         self.mounting.is_some()
@@ -144,8 +144,8 @@ impl Log {
     }
 
     /// Reads the log in a folder; a value that cannot be right is in its
-    /// [`doubt`](Self::doubt). Where the encoders, which drive the model, were not recorded for
-    /// a while, it is cut into pieces, each a log of its own.
+    /// [`implausible`](Self::implausible). Where the encoders, which drive the model, were not
+    /// recorded for a while, it is cut into pieces, each a log of its own.
     ///
     /// # Errors
     /// As [`Log::read`].
@@ -170,7 +170,7 @@ impl Log {
     /// # Errors
     /// The first such value.
     pub fn plausible(self) -> Result<Self, InputError> {
-        self.doubt.clone().map_or(Ok(self), Err)
+        self.implausible.clone().map_or(Ok(self), Err)
     }
 
     fn parse_pieces(
@@ -179,7 +179,7 @@ impl Log {
         folder: &Path,
     ) -> Result<Vec<Self>, InputError> {
         let file = folder.join(LOG_FILE).display().to_string();
-        let document = Document::parse(text, &file)?;
+        let document = TomlDocument::parse(text, &file)?;
         let root = document.root_of(FileKind::Log.schema())?;
         let mut keys = vec!["schema", "kind", "robot", "weld", "process", "period_s", "noise"];
         keys.extend(files::KEYS);
@@ -202,11 +202,11 @@ impl Log {
         let mounting =
             root.has("tracker").then(|| mounting(&root.table("tracker")?)).transpose()?;
         let wrench = root.has("wrench").then(|| sensor(&root.table("wrench")?)).transpose()?;
-        let plan = Plan::read(&root, folder)?;
+        let plan = ReadingPlan::read(&root, folder)?;
         read.extend(plan.files.iter().map(|file| file.path.clone()));
 
         let mut samples = samples;
-        let mut opened: Vec<Box<dyn Rows + '_>> = Vec::with_capacity(plan.files.len());
+        let mut opened: Vec<Box<dyn RowSource + '_>> = Vec::with_capacity(plan.files.len());
         for entry in &plan.files {
             opened.push(match samples.take() {
                 Some(input) => source::open_text(entry, input)?,
@@ -222,7 +222,7 @@ impl Log {
         plan.all_found(&root, &names)?;
         once(&opened, &bounds)?;
         let leads = leader(&bounds);
-        let mut header = Header::of(&bounds);
+        let mut header = LogHeader::of(&bounds);
         let plain = plan.columns.is_empty();
         // A plain log has a time; what instruments write may go by its period.
         if !plain && period.is_some() && bounds.len() == 1 {
@@ -247,18 +247,18 @@ impl Log {
         };
         let mut notices = header.notices(kind);
         let mut tracks = Vec::with_capacity(opened.len());
-        let mut doubt = None;
+        let mut implausible = None;
         let mut sketches = Vec::with_capacity(opened.len());
-        let mut last: Option<Box<dyn Rows + '_>> = None;
+        let mut last: Option<Box<dyn RowSource + '_>> = None;
         for (k, mut rows) in opened.into_iter().enumerate() {
             let period = period.filter(|_| k == leads);
             let entry = &plan.files[k];
             let expected = Expected { kind, robot: &robot, period };
             let clock = entry.clock.clone();
             let mut track =
-                expected.read(rows.as_mut(), &bounds[k], clock, &mut doubt, &mut notices)?;
+                expected.read(rows.as_mut(), &bounds[k], clock, &mut implausible, &mut notices)?;
             sketches.push(computed::sketch(&track));
-            let slower = apart::slower(&mut track, kind, &mut notices);
+            let slower = slow_channels::split_slow_channels(&mut track, kind, &mut notices);
             tracks.push(track);
             tracks.extend(slower);
             if k == leads {
@@ -271,7 +271,8 @@ impl Log {
             }
         }
         let join = Join { kind, robot: &robot, period, plan: &plan, root: &root };
-        let Joined { mut columns, gain, clocks, target, later } = join.run(tracks, &mut notices)?;
+        let JoinedFiles { mut columns, gain, clocks, target, later } =
+            join.run(tracks, &mut notices)?;
         let file_error = |message: String, help: &str| match &last {
             Some(rows) => rows.error_of_file(message, help),
             None => Source::new(&file, "").error_of_file(message, help),
@@ -297,7 +298,7 @@ impl Log {
             return Err(file_error(message.to_owned(), "Were the encoders recorded?"));
         }
         let columns_of = plan.columns.clone();
-        let origin = Origin { columns: columns_of, clocks, target, wrench, mounting, later };
+        let origin = LogOrigin { columns: columns_of, clocks, target, wrench, mounting, later };
         let count = pieces.len();
         let whole = name_of(folder);
         let log = |(number, rows): (usize, std::ops::Range<usize>)| {
@@ -328,7 +329,7 @@ impl Log {
                 notices: if number == 0 { notices.clone() } else { Vec::new() },
                 source: Source::new(&file, text),
                 origin: origin.clone(),
-                doubt: doubt.clone(),
+                implausible: implausible.clone(),
             }
         };
         Ok(pieces.into_iter().enumerate().map(log).collect())
@@ -383,7 +384,7 @@ impl Log {
         let expected =
             format!("the robot of {whose}; this is a log of another robot: {difference}");
         let help = "Compare logs with a model of the robot that they were recorded on.";
-        match Document::parse(self.source.text(), self.source.name()) {
+        match TomlDocument::parse(self.source.text(), self.source.name()) {
             Ok(document) => Err(document.root().wrong("robot", &expected, help)),
             Err(error) => Err(error),
         }
@@ -414,7 +415,7 @@ fn leader(bounds: &[Bound]) -> usize {
 }
 
 /// No channel but the time may be read from two files.
-fn once(opened: &[Box<dyn Rows + '_>], bounds: &[Bound]) -> Result<(), InputError> {
+fn once(opened: &[Box<dyn RowSource + '_>], bounds: &[Bound]) -> Result<(), InputError> {
     for (k, bound) in bounds.iter().enumerate() {
         for binding in &bound.bindings {
             let column = binding.column;
@@ -435,7 +436,7 @@ fn once(opened: &[Box<dyn Rows + '_>], bounds: &[Bound]) -> Result<(), InputErro
 }
 
 /// Where a tracker stands, and what it sees of the tool; what is left out is nothing.
-fn mounting(table: &Table<'_>) -> Result<Mounting, InputError> {
+fn mounting(table: &TomlTable<'_>) -> Result<Mounting, InputError> {
     table.only(&["base_m", "base_rad", "point_m", "axes_rad"])?;
     Ok(Mounting {
         frame: pose(table, ["base_m", "base_rad"], 100.0)?,
@@ -444,14 +445,14 @@ fn mounting(table: &Table<'_>) -> Result<Mounting, InputError> {
 }
 
 /// How a force sensor sits in T; what is left out is nothing.
-fn sensor(table: &Table<'_>) -> Result<Pose<f64>, InputError> {
+fn sensor(table: &TomlTable<'_>) -> Result<Pose<f64>, InputError> {
     table.only(&["point_m", "axes_rad"])?;
     pose(table, ["point_m", "axes_rad"], 5.0)
 }
 
 /// A position, m, at most `far` along each axis, and a rotation vector, rad, by their keys.
 fn pose(
-    table: &Table<'_>,
+    table: &TomlTable<'_>,
     [position, rotation]: [&str; 2],
     far: f64,
 ) -> Result<Pose<f64>, InputError> {
@@ -468,7 +469,7 @@ fn pose(
     Ok(Pose { rotation: rotation_from_vector(&turn), position })
 }
 
-fn kind(root: &Table<'_>) -> Result<LogKind, InputError> {
+fn kind(root: &TomlTable<'_>) -> Result<LogKind, InputError> {
     let text = root.text("kind")?.text;
     LogKind::ALL.into_iter().find(|kind| kind.name() == text).ok_or_else(|| {
         let names = LogKind::ALL.map(LogKind::name);

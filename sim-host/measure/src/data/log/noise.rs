@@ -1,15 +1,15 @@
 //! Noise of a log's instruments.
 
-use super::columns::Header;
-use crate::data::channel::{CHANNELS, COUNT, LogChannel};
+use super::columns::LogHeader;
+use crate::data::channel::{COUNT, LOG_CHANNELS, LogChannel};
 use nalgebra::Matrix3;
 use trueweld_core::spatial::skew;
 use trueweld_core::{JOINTS, Pose};
-use trueweld_plant::input::{Bounds, InputError, Table};
+use trueweld_plant::input::{Bounds, InputError, TomlTable};
 
 /// One column's noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Level {
+pub struct NoiseLevel {
     /// Standard deviation, in the column's unit.
     pub deviation: f64,
     /// True where the log states it, false where it was read off the recordings.
@@ -20,25 +20,26 @@ pub struct Level {
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct NoiseLevels {
     /// Tracker: TCP position, m.
-    pub position: [Option<Level>; 3],
+    pub position: [Option<NoiseLevel>; 3],
     /// Tracker: rotation vector, rad.
-    pub rotation: [Option<Level>; 3],
+    pub rotation: [Option<NoiseLevel>; 3],
     /// Encoders, rad.
-    pub encoder: [Option<Level>; JOINTS],
+    pub encoder: [Option<NoiseLevel>; JOINTS],
     /// Second encoders on the link side, rad.
-    pub link_encoder: [Option<Level>; JOINTS],
+    pub link_encoder: [Option<NoiseLevel>; JOINTS],
     /// Motor torque, N·m.
-    pub motor_torque: [Option<Level>; JOINTS],
+    pub motor_torque: [Option<NoiseLevel>; JOINTS],
     /// Force, N.
-    pub force: [Option<Level>; 3],
+    pub force: [Option<NoiseLevel>; 3],
     /// Moment, N·m.
-    pub moment: [Option<Level>; 3],
+    pub moment: [Option<NoiseLevel>; 3],
 }
 
 impl NoiseLevels {
     /// What `log.toml` states.
-    pub(super) fn read(table: &Table<'_>, header: &Header) -> Result<Self, InputError> {
-        let keys: Vec<&str> = CHANNELS.iter().map(|c| c.noise).filter(|k| !k.is_empty()).collect();
+    pub(super) fn read(table: &TomlTable<'_>, header: &LogHeader) -> Result<Self, InputError> {
+        let keys: Vec<&str> =
+            LOG_CHANNELS.iter().map(|c| c.noise).filter(|k| !k.is_empty()).collect();
         table.only(&keys)?;
         Ok(Self {
             position: stated(table, header, LogChannel::Position)?,
@@ -52,7 +53,7 @@ impl NoiseLevels {
     }
 
     /// The columns of each channel.
-    pub(in crate::data) fn channels_mut(&mut self) -> [(LogChannel, &mut [Option<Level>]); 7] {
+    pub(in crate::data) fn channels_mut(&mut self) -> [(LogChannel, &mut [Option<NoiseLevel>]); 7] {
         [
             (LogChannel::Position, &mut self.position),
             (LogChannel::Rotation, &mut self.rotation),
@@ -65,7 +66,7 @@ impl NoiseLevels {
     }
 
     /// Of the columns of a channel; none of one that has no noise.
-    pub(super) fn of(&self, channel: LogChannel) -> Vec<Option<Level>> {
+    pub(super) fn of(&self, channel: LogChannel) -> Vec<Option<NoiseLevel>> {
         let mut all = *self;
         let found = all.channels_mut().into_iter().find(|(of, _)| *of == channel);
         found.map_or(Vec::new(), |(_, levels)| levels.to_vec())
@@ -74,7 +75,7 @@ impl NoiseLevels {
     /// True where the noise of a channel, by its name, is stated.
     pub fn states(&self, channel: &str) -> bool {
         let mut all = *self;
-        let is_stated = |level: &Option<Level>| level.is_some_and(|level| level.stated);
+        let is_stated = |level: &Option<NoiseLevel>| level.is_some_and(|level| level.stated);
         all.channels_mut()
             .into_iter()
             .any(|(of, levels)| of.name() == channel && levels.iter().any(is_stated))
@@ -85,14 +86,14 @@ impl NoiseLevels {
     pub(super) fn at_tool(mut self, sensor: &Pose<f64>) -> Self {
         let lever = skew(&sensor.position) * sensor.rotation;
         let (force, moment) = (self.force, self.moment);
-        let row = |m: &Matrix3<f64>, r: usize, of: &[Option<Level>; 3]| {
+        let row = |m: &Matrix3<f64>, r: usize, of: &[Option<NoiseLevel>; 3]| {
             [0, 1, 2].map(|c| (m[(r, c)], of[c]))
         };
-        let sum = |terms: &[(f64, Option<Level>)]| {
+        let sum = |terms: &[(f64, Option<NoiseLevel>)]| {
             let used = terms.iter().filter(|(by, _)| by.abs() > f64::EPSILON);
             let variance: Option<f64> =
                 used.map(|(by, l)| Some((by * (*l)?.deviation).powi(2))).sum();
-            variance.map(|v| Level { deviation: v.sqrt(), stated: true })
+            variance.map(|v| NoiseLevel { deviation: v.sqrt(), stated: true })
         };
         self.force = [0, 1, 2].map(|r| sum(&row(&sensor.rotation, r, &force)));
         self.moment = [0, 1, 2]
@@ -113,16 +114,16 @@ impl NoiseLevels {
 
 /// One standard deviation for all columns, or one a column that the log has.
 fn stated<const N: usize>(
-    table: &Table<'_>,
-    header: &Header,
+    table: &TomlTable<'_>,
+    header: &LogHeader,
     channel: LogChannel,
-) -> Result<[Option<Level>; N], InputError> {
+) -> Result<[Option<NoiseLevel>; N], InputError> {
     let there: [bool; N] = header.which(channel);
     let (key, most) = (channel.entry().noise, channel.entry().most_noise);
     // A larger one is in another unit; a smaller one is a slip: squares of residuals over it
     // overflow.
     let bounds = Bounds::Between(most / 1e9, most);
-    let level = |deviation: f64| Some(Level { deviation, stated: true });
+    let level = |deviation: f64| Some(NoiseLevel { deviation, stated: true });
     if !table.has(key) {
         return Ok([None; N]);
     }

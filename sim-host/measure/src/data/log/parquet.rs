@@ -5,7 +5,7 @@
 //! is one. Left out: nested columns, and compression other than Snappy.
 
 use super::blocks::{BlockRows, Blocks, damaged};
-use super::rows::{MOST_COLUMNS, Rows};
+use super::rows::{MOST_COLUMNS, RowSource};
 use parquet::basic::{LogicalType, TimeUnit, Type};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, Int96};
@@ -17,13 +17,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use trueweld_plant::input::InputError;
 
 /// First bytes of such a file.
-pub(super) const MAGIC: &[u8] = b"PAR1";
+pub(super) const PARQUET_MAGIC: &[u8] = b"PAR1";
 
 /// Most numbers in a block.
-const BLOCK: usize = 1 << 20;
+const PARQUET_BLOCK_NUMBERS: usize = 1 << 20;
 
 /// What is said of a file that cannot be read.
-const HELP: &str = "Write it anew, with Snappy or no compression and numbers in its columns: df.to_parquet(\"log.parquet\").";
+const PARQUET_HELP: &str = "Write it anew, with Snappy or no compression and numbers in its columns: df.to_parquet(\"log.parquet\").";
 
 /// A column that holds numbers.
 struct NumberColumn {
@@ -43,15 +43,16 @@ struct Groups {
 }
 
 /// Opens a file.
-pub(super) fn open_parquet(name: String, input: File) -> Result<Box<dyn Rows>, InputError> {
-    let failed =
-        |error: ParquetError| damaged(&name, format!("cannot be read as Parquet: {error}"), HELP);
+pub(super) fn open_parquet(name: String, input: File) -> Result<Box<dyn RowSource>, InputError> {
+    let failed = |error: ParquetError| {
+        damaged(&name, format!("cannot be read as Parquet: {error}"), PARQUET_HELP)
+    };
     let reader = caught(|| SerializedFileReader::new(input)).map_err(failed)?;
     let schema = reader.metadata().file_metadata().schema_descr();
     if schema.num_columns() > MOST_COLUMNS {
         let message =
             format!("has {} columns; expected at most {MOST_COLUMNS}", schema.num_columns());
-        return Err(damaged(&name, message, HELP));
+        return Err(damaged(&name, message, PARQUET_HELP));
     }
     let (mut columns, mut names) = (Vec::new(), Vec::new());
     for (index, column) in schema.columns().iter().enumerate() {
@@ -62,7 +63,7 @@ pub(super) fn open_parquet(name: String, input: File) -> Result<Box<dyn Rows>, I
     }
     if columns.is_empty() {
         let message = "no column holds numbers; expected the samples";
-        return Err(damaged(&name, message, HELP));
+        return Err(damaged(&name, message, PARQUET_HELP));
     }
     let groups = Groups { name: name.clone(), reader, columns, next: 0, open: Vec::new(), left: 0 };
     Ok(Box::new(BlockRows::new(name, names, groups)))
@@ -90,7 +91,7 @@ fn numbers(column: &ColumnDescriptor) -> Option<f64> {
 
 impl Groups {
     fn failed(&self, error: &ParquetError) -> InputError {
-        damaged(&self.name, format!("cannot be read as Parquet: {error}"), HELP)
+        damaged(&self.name, format!("cannot be read as Parquet: {error}"), PARQUET_HELP)
     }
 
     /// Opens the next group; false at the end of the file.
@@ -103,7 +104,7 @@ impl Groups {
         let rows = group.metadata().num_rows();
         let Ok(rows) = usize::try_from(rows) else {
             let message = format!("row group {} has {rows} rows", self.next);
-            return Err(damaged(&self.name, message, HELP));
+            return Err(damaged(&self.name, message, PARQUET_HELP));
         };
         let mut open = Vec::with_capacity(self.columns.len());
         for column in &self.columns {
@@ -112,7 +113,7 @@ impl Groups {
             let places = [chunk.data_page_offset(), chunk.compressed_size()];
             if places.into_iter().chain(chunk.dictionary_page_offset()).any(|place| place < 0) {
                 let message = format!("row group {} has a column at a negative place", self.next);
-                return Err(damaged(&self.name, message, HELP));
+                return Err(damaged(&self.name, message, PARQUET_HELP));
             }
             let reader = caught(|| group.get_column_reader(column.index));
             open.push(reader.map_err(|e| self.failed(&e))?);
@@ -129,7 +130,7 @@ impl Blocks for Groups {
                 return Ok(None);
             }
         }
-        let rows = self.left.min((BLOCK / self.columns.len()).max(1));
+        let rows = self.left.min((PARQUET_BLOCK_NUMBERS / self.columns.len()).max(1));
         self.left -= rows;
         let mut open = std::mem::take(&mut self.open);
         let (mut block, mut ends) = (Vec::with_capacity(open.len()), true);
@@ -156,7 +157,7 @@ impl Blocks for Groups {
         self.open = open;
         if ends {
             let message = format!("row group {} ends before its rows do", self.next);
-            return Err(damaged(&self.name, message, HELP));
+            return Err(damaged(&self.name, message, PARQUET_HELP));
         }
         Ok(Some(block))
     }

@@ -1,8 +1,8 @@
 //! Poses in the forms that instruments give them: KUKA's A B C, quaternions, rotation matrices, and
 //! points of one to three reflectors on the tool.
 
-use super::columns::{ABC, MATRIX, QUATERNION, REFLECTORS, reflector};
-use super::track::Track;
+use super::columns::{ABC, MATRIX, QUATERNION, REFLECTOR_COUNT, reflector};
+use super::track::FileTrack;
 use crate::data::channel::LogChannel;
 use crate::data::clock::rigid;
 use nalgebra::{DMatrix, DVector, Matrix3, Quaternion, UnitQuaternion, Vector3};
@@ -10,19 +10,19 @@ use trueweld_core::Pose;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector, skew};
 
 /// Places of reflectors that are fitted, from so many rows.
-const FITTED: usize = 2000;
+const REFLECTOR_FIT_ROWS: usize = 2000;
 
 /// How far from the tool centre point a reflector is expected, m, where nothing says.
 const PLACE: f64 = 0.5;
 
 /// Reflectors that lie nearer to a line than this, m, give no pose.
-const SPREAD: f64 = 5e-3;
+const REFLECTOR_LINE_DISTANCE_MIN: f64 = 5e-3;
 
 /// A rotation from the numbers that stand for it.
 type ToMatrix = fn(&[f64]) -> Matrix3<f64>;
 
 /// Turns any form of a rotation in a track into rotation vectors.
-pub(super) fn to_rotation_vectors(track: &mut Track) {
+pub(super) fn to_rotation_vectors(track: &mut FileTrack) {
     let forms: [(std::ops::Range<usize>, ToMatrix); 3] =
         [(ABC, of_abc), (QUATERNION, of_quaternion), (MATRIX, Matrix3::from_row_slice)];
     let Some((of, rotation)) = forms.into_iter().find(|(of, _)| track.has(of.clone())) else {
@@ -57,20 +57,20 @@ fn of_quaternion(v: &[f64]) -> Matrix3<f64> {
     *UnitQuaternion::from_quaternion(q).to_rotation_matrix().matrix()
 }
 
-fn put(track: &mut Track, channel: LogChannel, vectors: [Vec<f64>; 3]) {
+fn put(track: &mut FileTrack, channel: LogChannel, vectors: [Vec<f64>; 3]) {
     for (column, values) in channel.columns().zip(vectors) {
         track.columns[column] = Some(values);
     }
 }
 
 /// Which reflectors a track has.
-pub(super) fn tracked(track: &Track) -> Vec<usize> {
-    (0..REFLECTORS).filter(|r| track.has(reflector(*r))).collect()
+pub(super) fn tracked(track: &FileTrack) -> Vec<usize> {
+    (0..REFLECTOR_COUNT).filter(|r| track.has(reflector(*r))).collect()
 }
 
 /// Points of a track by which a clock can be fitted: the tool centre point's, or the mean of the
 /// reflectors'.
-pub(super) fn points(track: &Track) -> Option<Vec<Vector3<f64>>> {
+pub(super) fn points(track: &FileTrack) -> Option<Vec<Vector3<f64>>> {
     let rows = 0..track.time().len();
     let position = LogChannel::Position.columns();
     if track.has(position.clone()) {
@@ -85,18 +85,23 @@ pub(super) fn points(track: &Track) -> Option<Vec<Vector3<f64>>> {
 }
 
 /// Where reflectors sit in T, m.
-pub(super) type Places = [Option<Vector3<f64>>; REFLECTORS];
+pub(super) type ReflectorPlaces = [Option<Vector3<f64>>; REFLECTOR_COUNT];
 
 /// Fits where the reflectors sit in T, together with the frame that they are seen in: p = R (x + X
 /// b) + c. `poses`: of the tool by the encoders, at the track's rows; NaN where it is not known.
 /// Gives the places with those that were known before.
-pub(super) fn fit_places(track: &Track, poses: &[Pose<f64>], known: &Places) -> Option<Places> {
+pub(super) fn fit_places(
+    track: &FileTrack,
+    poses: &[Pose<f64>],
+    known: &ReflectorPlaces,
+) -> Option<ReflectorPlaces> {
     let there = tracked(track);
     let rows: Vec<usize> = (0..poses.len())
         .filter(|k| poses[*k].position.sum().is_finite())
         .filter(|k| there.iter().all(|r| track.vector(reflector(*r).start, *k).sum().is_finite()))
         .collect();
-    let rows: Vec<usize> = rows.iter().copied().step_by((rows.len() / FITTED).max(1)).collect();
+    let rows: Vec<usize> =
+        rows.iter().copied().step_by((rows.len() / REFLECTOR_FIT_ROWS).max(1)).collect();
     if rows.len() < 4 {
         return None;
     }
@@ -166,24 +171,24 @@ pub(super) fn fit_places(track: &Track, poses: &[Pose<f64>], known: &Places) -> 
 }
 
 /// True where three places span a triangle that a pose can be told from.
-pub(super) fn span_a_plane(places: &Places) -> bool {
+pub(super) fn span_a_plane(places: &ReflectorPlaces) -> bool {
     let [Some(a), Some(b), Some(c)] = places else {
         return false;
     };
     let sides = [b - a, c - a, c - b];
     let longest = sides.iter().map(Vector3::norm).fold(0.0, f64::max);
-    (b - a).cross(&(c - a)).norm() > SPREAD * longest
+    (b - a).cross(&(c - a)).norm() > REFLECTOR_LINE_DISTANCE_MIN * longest
 }
 
 /// Turns the points of reflectors whose places are known into what the tracker saw of the tool:
 /// with three its pose, and with fewer one point, whose place in T is given.
-pub(super) fn to_tool(track: &mut Track, places: &Places) -> Option<Vector3<f64>> {
+pub(super) fn to_tool(track: &mut FileTrack, places: &ReflectorPlaces) -> Option<Vector3<f64>> {
     let there = tracked(track);
     let rows = track.time().len();
     let known: Vec<Vector3<f64>> = there.iter().filter_map(|r| places[*r]).collect();
     let mut position: [Vec<f64>; 3] = std::array::from_fn(|_| Vec::with_capacity(rows));
     let mut rotation: [Vec<f64>; 3] = std::array::from_fn(|_| Vec::new());
-    let target = (there.len() < REFLECTORS)
+    let target = (there.len() < REFLECTOR_COUNT)
         .then(|| known.iter().sum::<Vector3<f64>>() / known.len().max(1) as f64);
     let push = |columns: &mut [Vec<f64>; 3], v: Vector3<f64>| {
         columns.iter_mut().zip(v.iter()).for_each(|(column, v)| column.push(*v));
@@ -201,7 +206,7 @@ pub(super) fn to_tool(track: &mut Track, places: &Places) -> Option<Vector3<f64>
         let turned = pose.map(|(turn, _)| rotation_vector(&turn));
         push(&mut rotation, turned.unwrap_or(Vector3::repeat(f64::NAN)));
     }
-    (0..REFLECTORS).flat_map(reflector).for_each(|column| track.columns[column] = None);
+    (0..REFLECTOR_COUNT).flat_map(reflector).for_each(|column| track.columns[column] = None);
     put(track, LogChannel::Position, position);
     if target.is_none() {
         put(track, LogChannel::Rotation, rotation);
@@ -212,18 +217,18 @@ pub(super) fn to_tool(track: &mut Track, places: &Places) -> Option<Vector3<f64>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::data::log::columns::ALL;
+    use crate::data::log::columns::MAPPABLE_COLUMNS;
 
-    fn track(columns: &[(usize, Vec<f64>)]) -> Track {
-        let mut all = vec![None; ALL];
+    fn track(columns: &[(usize, Vec<f64>)]) -> FileTrack {
+        let mut all = vec![None; MAPPABLE_COLUMNS];
         for (column, values) in columns {
             all[*column] = Some(values.clone());
         }
         all[0] = Some((0..columns[0].1.len()).map(|k| k as f64).collect());
-        Track { clock: None, columns: all, rounding: vec![0.0; ALL] }
+        FileTrack { clock: None, columns: all, rounding: vec![0.0; MAPPABLE_COLUMNS] }
     }
 
-    fn vectors(track: &Track, channel: LogChannel) -> Vec<Vector3<f64>> {
+    fn vectors(track: &FileTrack, channel: LogChannel) -> Vec<Vector3<f64>> {
         (0..track.time().len()).map(|k| track.vector(channel.columns().start, k)).collect()
     }
 

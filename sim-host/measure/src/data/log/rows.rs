@@ -4,13 +4,13 @@
 use trueweld_plant::input::InputError;
 
 /// Most bytes of a file of rows: the columns are held in memory, where they take about as much.
-pub(super) const MOST_ROWS: u64 = 4 << 30;
+pub(super) const ROW_FILE_BYTES_MAX: u64 = 4 << 30;
 
 /// Most columns of a file that holds their names apart from the rows.
 pub(super) const MOST_COLUMNS: usize = 4096;
 
 /// A file of rows. It stands before its first row when it was opened.
-pub(super) trait Rows {
+pub(super) trait RowSource {
     /// Names of the columns.
     fn names(&self) -> &[String];
 
@@ -53,7 +53,7 @@ pub(super) trait Rows {
         None
     }
 
-    /// [`Rows::text`] as an error shows it: on one line, and cut where it is long.
+    /// [`RowSource::text`] as an error shows it: on one line, and cut where it is long.
     fn shown(&self, column: usize) -> String {
         let text = self.text(column);
         let short: String = text.chars().take(40).collect();

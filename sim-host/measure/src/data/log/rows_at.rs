@@ -1,8 +1,8 @@
 //! What one instrument measured, at the times of another.
 
-use super::samples::Columns;
-use super::track::Track;
-use crate::data::channel::{CHANNELS, COUNT, LogChannel};
+use super::samples::ColumnBuffer;
+use super::track::FileTrack;
+use crate::data::channel::{COUNT, LOG_CHANNELS, LogChannel};
 use crate::data::clock::ClockMap;
 use crate::data::fir::interpolate;
 use crate::data::kind::LogKind;
@@ -58,15 +58,15 @@ pub(super) fn poses_at(
 
 /// Reads a track's channels at the times of `columns`. `gain`: what becomes of their noise.
 pub(super) fn read_at(
-    track: &Track,
+    track: &FileTrack,
     map: &ClockMap,
     kind: LogKind,
-    columns: &mut Columns,
+    columns: &mut ColumnBuffer,
     gain: &mut [f64; COUNT],
 ) {
     let times: Vec<f64> = track.time().iter().map(|t| map.own(*t)).collect();
     let resampler = Resampler::new(&times, median_step(&columns.time));
-    for channel in CHANNELS.iter().filter(|c| !matches!(c.id, LogChannel::Time)) {
+    for channel in LOG_CHANNELS.iter().filter(|c| !matches!(c.id, LogChannel::Time)) {
         if channel.id == LogChannel::Payload && kind != LogKind::StaticLoad {
             continue;
         }

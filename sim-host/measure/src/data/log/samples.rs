@@ -1,6 +1,6 @@
 //! The rows of a log: a vector a channel.
 
-use super::columns::{Header, force_in_part, named, predicted};
+use super::columns::{LogHeader, force_in_part, named, predicted};
 use super::notice::LogNotice;
 use crate::data::channel::{COUNT, LogChannel, column_name};
 use crate::data::kind::LogKind;
@@ -85,8 +85,8 @@ impl Samples {
     }
 
     /// Takes the channels that `columns` has; others stay as they are.
-    pub(super) fn take(&mut self, columns: &mut Columns, kind: LogKind) {
-        let take = |columns: &mut Columns, column: usize| columns.values[column].take();
+    pub(super) fn take(&mut self, columns: &mut ColumnBuffer, kind: LogKind) {
+        let take = |columns: &mut ColumnBuffer, column: usize| columns.values[column].take();
         if !columns.time.is_empty() {
             self.time = std::mem::take(&mut columns.time);
         }
@@ -137,20 +137,20 @@ impl Samples {
 
 /// The rows of a log while they are read: a series a column, NaN where there is no value.
 #[derive(Debug, Clone)]
-pub(super) struct Columns {
+pub(super) struct ColumnBuffer {
     /// Time, s.
     pub time: Vec<f64>,
     /// The other columns, by number.
     pub values: [Option<Vec<f64>>; COUNT],
 }
 
-impl Default for Columns {
+impl Default for ColumnBuffer {
     fn default() -> Self {
         Self { time: Vec::new(), values: std::array::from_fn(|_| None) }
     }
 }
 
-impl Columns {
+impl ColumnBuffer {
     /// Some of the rows.
     pub fn rows(&self, rows: Range<usize>) -> Self {
         let of = |column: &Option<Vec<f64>>| column.as_ref().map(|c| c[rows.clone()].to_vec());
@@ -162,7 +162,7 @@ impl Columns {
     pub fn drop_empty(
         &mut self,
         kind: LogKind,
-        header: &Header,
+        header: &LogHeader,
         notices: &mut Vec<LogNotice>,
     ) -> Result<(), (String, &'static str)> {
         let any = |column: usize| {

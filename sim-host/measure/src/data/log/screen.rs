@@ -4,7 +4,7 @@
 use super::columns::shown_name;
 use super::noise::NoiseLevels;
 use super::notice::LogNotice;
-use super::samples::Columns;
+use super::samples::ColumnBuffer;
 use crate::data::channel::LogChannel;
 use crate::data::clipped::clipped;
 use crate::data::floor::relative_rotation;
@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 /// Channels of which a single reading may be out. A drive's torque is none: where friction lets go, a
 /// real drive gives two or three rows of twice the torque (the recorded KR 300 does), and its
 /// numbers come out of the controller itself.
-const SCREENED: [LogChannel; 5] = [
+const SCREENED_CHANNELS: [LogChannel; 5] = [
     LogChannel::LinkEncoder,
     LogChannel::Force,
     LogChannel::Moment,
@@ -25,12 +25,12 @@ const SCREENED: [LogChannel; 5] = [
 
 /// Most rows of a channel, as a share, that are left out as outliers: what occurs more often is how
 /// the instrument, or the cell, is.
-const FEW: f64 = 0.03;
+const OUTLIER_SHARE_MAX: f64 = 0.03;
 
 /// Leaves out what was not measured: its values are missing afterwards. `noise`: as stated. Rows at
 /// rest have no neighbours in time.
 pub(super) fn leave_out(
-    columns: &mut Columns,
+    columns: &mut ColumnBuffer,
     kind: LogKind,
     noise: &NoiseLevels,
     notices: &mut Vec<LogNotice>,
@@ -43,12 +43,16 @@ pub(super) fn leave_out(
     {
         leave_out_clipped(columns, channel, notices);
     }
-    for channel in SCREENED {
+    for channel in SCREENED_CHANNELS {
         leave_out_outliers(columns, channel, noise, notices);
     }
 }
 
-fn leave_out_clipped(columns: &mut Columns, channel: LogChannel, notices: &mut Vec<LogNotice>) {
+fn leave_out_clipped(
+    columns: &mut ColumnBuffer,
+    channel: LogChannel,
+    notices: &mut Vec<LogNotice>,
+) {
     let unit = channel.unit();
     let mut found = Vec::new();
     for column in channel.columns() {
@@ -72,7 +76,7 @@ fn leave_out_clipped(columns: &mut Columns, channel: LogChannel, notices: &mut V
 }
 
 fn leave_out_outliers(
-    columns: &mut Columns,
+    columns: &mut ColumnBuffer,
     channel: LogChannel,
     noise: &NoiseLevels,
     notices: &mut Vec<LogNotice>,
@@ -104,7 +108,7 @@ fn leave_out_outliers(
         if rows.is_empty() {
             continue;
         }
-        let left_out = rows.len() as f64 <= FEW * readings as f64;
+        let left_out = rows.len() as f64 <= OUTLIER_SHARE_MAX * readings as f64;
         let column = |place: &usize| channel.columns().start + place;
         if left_out {
             for place in &group {
@@ -124,7 +128,7 @@ fn leave_out_outliers(
 }
 
 /// The series of a channel; rotations as what they turn from row to row, summed up.
-fn series(columns: &Columns, channel: LogChannel) -> Vec<Option<Vec<f64>>> {
+fn series(columns: &ColumnBuffer, channel: LogChannel) -> Vec<Option<Vec<f64>>> {
     let of = |column: usize| columns.values[column].clone();
     let all: Vec<Option<Vec<f64>>> = channel.columns().map(of).collect();
     let [Some(x), Some(y), Some(z)] = &all[..] else { return all };

@@ -6,7 +6,7 @@ use super::kuka;
 use super::mcap;
 #[cfg(feature = "parquet")]
 use super::parquet;
-use super::rows::{MOST_ROWS, Rows};
+use super::rows::{ROW_FILE_BYTES_MAX, RowSource};
 use super::text::TextRows;
 use std::io::Read;
 use trueweld_plant::input::{InputError, Source, open as open_file};
@@ -15,11 +15,11 @@ use trueweld_plant::input::{InputError, Source, open as open_file};
 #[cfg(not(feature = "parquet"))]
 const PARQUET: &[u8] = b"PAR1";
 #[cfg(feature = "parquet")]
-const PARQUET: &[u8] = parquet::MAGIC;
+const PARQUET: &[u8] = parquet::PARQUET_MAGIC;
 #[cfg(not(feature = "mcap"))]
 const MCAP: &[u8] = b"\x89MCAP0\r\n";
 #[cfg(feature = "mcap")]
-const MCAP: &[u8] = mcap::MAGIC;
+const MCAP: &[u8] = mcap::MCAP_MAGIC;
 
 /// First bytes of files that are not read, what they are, and what makes text of them.
 const FOREIGN: [(&[u8], &str, &str); 19] = [
@@ -79,9 +79,9 @@ fn foreign(start: &[u8]) -> Option<(&'static str, &'static str)> {
 }
 
 /// Opens a file.
-pub(super) fn open(entry: &FileEntry) -> Result<Box<dyn Rows>, InputError> {
+pub(super) fn open(entry: &FileEntry) -> Result<Box<dyn RowSource>, InputError> {
     let name = entry.path.display().to_string();
-    let mut input = open_file(&entry.path, MOST_ROWS)?;
+    let mut input = open_file(&entry.path, ROW_FILE_BYTES_MAX)?;
     let mut start = Vec::new();
     let read = (&mut input).take(START).read_to_end(&mut start);
     if let Err(error) = read {
@@ -89,7 +89,7 @@ pub(super) fn open(entry: &FileEntry) -> Result<Box<dyn Rows>, InputError> {
         let source = Source::new(&name, "");
         return Err(source.error_of_file(message, "Check the path and its permissions."));
     }
-    if start.starts_with(kuka::MAGIC) {
+    if start.starts_with(kuka::KUKA_MAGIC) {
         return kuka::open_trace(&entry.path);
     }
     if start.starts_with(PARQUET) {
@@ -123,7 +123,7 @@ fn left_out(name: &str, format: &str, feature: &str) -> InputError {
 /// Topics of a file that holds several kinds of messages; `None` where it is no such file.
 pub(super) fn topics(entry: &FileEntry) -> Result<Option<Vec<String>>, InputError> {
     let mut start = Vec::new();
-    let input = open_file(&entry.path, MOST_ROWS)?;
+    let input = open_file(&entry.path, ROW_FILE_BYTES_MAX)?;
     if input.take(16).read_to_end(&mut start).is_err() || !start.starts_with(MCAP) {
         return Ok(None);
     }
@@ -137,7 +137,7 @@ pub(super) fn topics(entry: &FileEntry) -> Result<Option<Vec<String>>, InputErro
 pub(super) fn open_text<'r>(
     entry: &FileEntry,
     input: impl Read + 'r,
-) -> Result<Box<dyn Rows + 'r>, InputError> {
+) -> Result<Box<dyn RowSource + 'r>, InputError> {
     let name = entry.path.display().to_string();
     Ok(Box::new(TextRows::open(name, input, entry.dialect)?))
 }

@@ -1,7 +1,7 @@
 //! Tables as text: a header, then a row a line, with any separator and either decimal mark.
 
-use super::lines::Lines;
-use super::rows::Rows;
+use super::lines::LineReader;
+use super::rows::RowSource;
 use super::time_of_day::seconds;
 use std::borrow::Cow;
 use std::io::Read;
@@ -33,8 +33,9 @@ impl Default for Dialect {
 
 /// True of a field without a value: an empty one, or what programs write where they have none.
 pub(super) fn is_missing(field: &[u8]) -> bool {
-    const WORDS: [&[u8]; 8] = [b"", b"-", b"--", b"nan", b"null", b"none", b"na", b"n/a"];
-    WORDS.iter().any(|word| field.eq_ignore_ascii_case(word))
+    const MISSING_VALUE_WORDS: [&[u8]; 8] =
+        [b"", b"-", b"--", b"nan", b"null", b"none", b"na", b"n/a"];
+    MISSING_VALUE_WORDS.iter().any(|word| field.eq_ignore_ascii_case(word))
 }
 
 /// Separators that people use, and what messages call them.
@@ -43,7 +44,7 @@ pub(super) const SEPARATORS: [(u8, &str); 5] =
 
 /// A text file.
 pub(super) struct TextRows<R> {
-    lines: Lines<R>,
+    lines: LineReader<R>,
     dialect: Dialect,
     names: Vec<String>,
     /// The current line is a row that was not given yet.
@@ -61,7 +62,7 @@ pub(super) fn decoded(field: &[u8]) -> Cow<'_, str> {
 impl<R: Read> TextRows<R> {
     /// Reads up to the header.
     pub fn open(name: String, input: R, dialect: Dialect) -> Result<Self, InputError> {
-        let mut lines = Lines::new(name, input, dialect.delimiter);
+        let mut lines = LineReader::new(name, input, dialect.delimiter);
         let first = dialect.header.max(if dialect.header == 0 { dialect.rows } else { 1 });
         loop {
             if !lines.advance()? {
@@ -141,7 +142,7 @@ impl<R: Read> TextRows<R> {
     }
 }
 
-impl<R: Read> Rows for TextRows<R> {
+impl<R: Read> RowSource for TextRows<R> {
     fn names(&self) -> &[String] {
         &self.names
     }

@@ -1,9 +1,11 @@
 //! One file's rows, read once from front to back into columns in SI units: every number parsed and
 //! plausible, the time rising.
 
-use super::columns::{ALL, Binding, Bound, MATRIX, QUATERNION, TIME, most_of_form, shown_name};
+use super::columns::{
+    Binding, Bound, MAPPABLE_COLUMNS, MATRIX, QUATERNION, TIME_COLUMN, most_of_form, shown_name,
+};
 use super::notice::LogNotice;
-use super::rows::Rows;
+use super::rows::RowSource;
 use crate::data::channel::{COUNT, LogChannel};
 use crate::data::kind::LogKind;
 use trueweld_plant::input::{InputError, RobotFile, unit_of};
@@ -18,12 +20,12 @@ const BEYOND_LIMITS: f64 = 10.0 * std::f64::consts::PI / 180.0;
 const JITTER: f64 = 0.01;
 
 /// How far the length of a quaternion, or of a row of a rotation matrix, may be from 1.
-const LENGTH: f64 = 0.05;
+const UNIT_VECTOR_TOLERANCE: f64 = 0.05;
 
 /// Speed of a joint from one row to the next that no arm has, in what its drive can do; rows less
-/// than `INSTANT` seconds apart are taken to be that far apart.
-const TOO_FAST: f64 = 20.0;
-const INSTANT: f64 = 1e-3;
+/// than `ROW_INTERVAL_MIN` seconds apart are taken to be that far apart.
+const DRIVE_SPEED_RATIO_MAX: f64 = 20.0;
+const ROW_INTERVAL_MIN: f64 = 1e-3;
 
 /// Rows in which the digits show that a file writes.
 pub(super) const WRITTEN: usize = 200;
@@ -33,7 +35,7 @@ const PAYLOAD: usize = LogChannel::Payload.columns().start;
 
 /// What was read of one file.
 #[derive(Debug, Clone)]
-pub(super) struct Track {
+pub(super) struct FileTrack {
     /// Its clock; `None` for the log's own.
     pub clock: Option<String>,
     /// A series each column that the file has, all of the same length; NaN where a value is
@@ -43,10 +45,10 @@ pub(super) struct Track {
     pub rounding: Vec<f64>,
 }
 
-impl Track {
+impl FileTrack {
     /// Times, s.
     pub fn time(&self) -> &[f64] {
-        self.columns[TIME].as_deref().unwrap_or(&[])
+        self.columns[TIME_COLUMN].as_deref().unwrap_or(&[])
     }
 
     /// True where it has all of these columns.
@@ -74,25 +76,25 @@ impl Expected<'_> {
     /// Reads the rows of a file.
     pub fn read(
         &self,
-        rows: &mut dyn Rows,
+        rows: &mut dyn RowSource,
         bound: &Bound,
         clock: Option<String>,
-        doubt: &mut Option<InputError>,
+        implausible: &mut Option<InputError>,
         notices: &mut Vec<LogNotice>,
-    ) -> Result<Track, InputError> {
-        let mut columns: Vec<Option<Vec<f64>>> = vec![None; ALL];
+    ) -> Result<FileTrack, InputError> {
+        let mut columns: Vec<Option<Vec<f64>>> = vec![None; MAPPABLE_COLUMNS];
         bound.bindings.iter().for_each(|b| columns[b.column] = Some(Vec::new()));
         let of = |column: usize| bound.bindings.iter().find(|b| b.column == column);
-        let time = of(TIME);
+        let time = of(TIME_COLUMN);
         if time.is_none() {
             if self.period.is_none() {
                 let message =
-                    format!("missing column `{}`; expected in every file", shown_name(TIME));
+                    format!("missing column `{}`; expected in every file", shown_name(TIME_COLUMN));
                 let help = "Map the column with the time to it in [columns]: channel = \"t\". Rows without one \
                             that are even have their period stated: period_s = ….";
                 return Err(rows.error_at(None, message, "no time among these", help));
             }
-            columns[TIME] = Some(Vec::new());
+            columns[TIME_COLUMN] = Some(Vec::new());
         }
         let mut decimals = vec![0; bound.bindings.len()];
         let mut repeated = 0;
@@ -102,7 +104,7 @@ impl Expected<'_> {
         while rows.advance()? {
             for (binding, range) in bound.bindings.iter().zip(&ranges) {
                 let number = match binding.column {
-                    TIME => rows.time(binding.field),
+                    TIME_COLUMN => rows.time(binding.field),
                     _ => rows.value(binding.field),
                 };
                 let Some(number) = number else {
@@ -111,7 +113,7 @@ impl Expected<'_> {
                 let value = binding.apply(number);
                 if !(range[0]..=range[1]).contains(&value) && !value.is_nan() {
                     // In another unit, or worse: what it is, the whole log tells.
-                    doubt.get_or_insert_with(|| self.implausible(rows, binding, value));
+                    implausible.get_or_insert_with(|| self.implausible(rows, binding, value));
                 }
                 if let Some(series) = &mut columns[binding.column] {
                     series.push(value);
@@ -125,7 +127,7 @@ impl Expected<'_> {
             count += 1;
             let before = clock_so_far.last;
             let now = match (time, self.period) {
-                (Some(_), _) => last(&columns, TIME),
+                (Some(_), _) => last(&columns, TIME_COLUMN),
                 (None, period) => period.unwrap_or_default() * (count - 1) as f64,
             };
             if let Some(time) = time {
@@ -141,14 +143,14 @@ impl Expected<'_> {
                     continue;
                 }
                 if let Some(slow) = clock_so_far.tick(rows, time, now, self.period)? {
-                    doubt.get_or_insert(slow);
+                    implausible.get_or_insert(slow);
                 }
-            } else if let Some(series) = &mut columns[TIME] {
+            } else if let Some(series) = &mut columns[TIME_COLUMN] {
                 series.push(now);
                 clock_so_far.last = Some(now);
             }
-            if let (Some(before), None) = (before, &doubt) {
-                *doubt = self.jump(rows, bound, &columns, now - before);
+            if let (Some(before), None) = (before, &implausible) {
+                *implausible = self.jump(rows, bound, &columns, now - before);
             }
             self.hang(rows, bound, &mut columns)?;
             unit_length(rows, bound, &columns)?;
@@ -166,11 +168,11 @@ impl Expected<'_> {
         if repeated > 0 {
             notices.push(LogNotice::RowsRepeated(repeated));
         }
-        let mut rounding = vec![0.0; ALL];
+        let mut rounding = vec![0.0; MAPPABLE_COLUMNS];
         for (decimals, binding) in decimals.into_iter().zip(&bound.bindings) {
             rounding[binding.column] = 0.5 * 10f64.powi(-decimals) * binding.scale.abs();
         }
-        Ok(Track { clock, columns, rounding })
+        Ok(FileTrack { clock, columns, rounding })
     }
 
     /// Limits of an encoder, widened, rad.
@@ -200,7 +202,7 @@ impl Expected<'_> {
     }
 
     /// Refuses what no welding cell can have measured: it is in another unit, or of another robot.
-    fn implausible(&self, rows: &dyn Rows, binding: &Binding, value: f64) -> InputError {
+    fn implausible(&self, rows: &dyn RowSource, binding: &Binding, value: f64) -> InputError {
         let name = shown_name(binding.column);
         let shown = rows.shown(binding.field);
         // Where a factor or an offset acted, what came of it.
@@ -256,7 +258,7 @@ impl Expected<'_> {
     /// joint can have reached.
     fn jump(
         &self,
-        rows: &dyn Rows,
+        rows: &dyn RowSource,
         bound: &Bound,
         columns: &[Option<Vec<f64>>],
         passed: f64,
@@ -264,13 +266,13 @@ impl Expected<'_> {
         if self.kind == LogKind::StaticLoad {
             return None;
         }
-        let passed = passed.max(self.period.unwrap_or(INSTANT)).max(INSTANT);
+        let passed = passed.max(self.period.unwrap_or(ROW_INTERVAL_MIN)).max(ROW_INTERVAL_MIN);
         bound.bindings.iter().find_map(|binding| {
             let joint = LogChannel::Encoder.columns().position(|c| c == binding.column)?;
             let &[.., from, to] = columns[binding.column].as_deref()? else { return None };
             let most = self.robot.parameters.joints[joint].max_rate;
             // A comparison with NaN is false: a missing value jumps nowhere.
-            ((to - from).abs() > TOO_FAST * most * passed).then(|| {
+            ((to - from).abs() > DRIVE_SPEED_RATIO_MAX * most * passed).then(|| {
                 let message = format!(
                     "`{}` jumps by {:.3} rad in {:.1} ms; expected a place that {} can reach at {most:.3} rad/s",
                     shown_name(binding.column),
@@ -288,7 +290,7 @@ impl Expected<'_> {
     /// Checks the payload of a row: a mass in every row, and a centre wherever something hangs.
     fn hang(
         &self,
-        rows: &dyn Rows,
+        rows: &dyn RowSource,
         bound: &Bound,
         columns: &mut [Option<Vec<f64>>],
     ) -> Result<(), InputError> {
@@ -345,7 +347,7 @@ fn is_repeated(columns: &[Option<Vec<f64>>]) -> bool {
 
 /// A quaternion and the rows of a rotation matrix have the length 1.
 fn unit_length(
-    rows: &dyn Rows,
+    rows: &dyn RowSource,
     bound: &Bound,
     columns: &[Option<Vec<f64>>],
 ) -> Result<(), InputError> {
@@ -356,7 +358,7 @@ fn unit_length(
             continue;
         }
         let length = group.clone().map(|column| last(columns, column).powi(2)).sum::<f64>().sqrt();
-        if (length - 1.0).abs() > LENGTH {
+        if (length - 1.0).abs() > UNIT_VECTOR_TOLERANCE {
             let names: Vec<String> =
                 group.clone().map(|column| format!("`{}`", shown_name(column))).collect();
             let message = format!("{} have the length {length:.4}; expected 1", names.join(", "));
@@ -383,7 +385,7 @@ impl Clock {
     /// Takes the next time. Gives the error of a time that looks like milliseconds.
     fn tick(
         &mut self,
-        rows: &dyn Rows,
+        rows: &dyn RowSource,
         binding: &Binding,
         time: f64,
         period: Option<f64>,
@@ -447,7 +449,7 @@ impl Clock {
     }
 }
 
-fn missing(rows: &dyn Rows, binding: &Binding) -> InputError {
+fn missing(rows: &dyn RowSource, binding: &Binding) -> InputError {
     let name = shown_name(binding.column);
     let unit = unit_of(name).unwrap_or_default();
     let message = format!("`{name}` is missing in this row; expected a number in {unit}");
@@ -459,7 +461,7 @@ fn missing(rows: &dyn Rows, binding: &Binding) -> InputError {
     rows.error_at(Some(binding.field), message, "empty", help)
 }
 
-fn not_a_number(rows: &dyn Rows, binding: &Binding) -> InputError {
+fn not_a_number(rows: &dyn RowSource, binding: &Binding) -> InputError {
     let name = shown_name(binding.column);
     let unit = unit_of(name).map(|unit| format!(" in {unit}")).unwrap_or_default();
     let text = rows.text(binding.field);

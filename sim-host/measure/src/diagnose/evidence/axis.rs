@@ -1,28 +1,28 @@
 //! The variables that effects follow, a value for every row of every log.
 
-use super::context::{Axis, Context};
+use super::context::{Abscissa, EvidenceContext};
 use crate::data::log::{Log, LogKind};
 use crate::data::rates::{rate, reach};
 use std::f64::consts::TAU;
 
-impl Axis {
+impl Abscissa {
     /// Its values, by log, then by row, NaN where they are not known; `None` where no log has them.
-    pub(super) fn values(self, ground: &Context<'_>) -> Option<Vec<Option<Vec<f64>>>> {
-        let values: Vec<_> = (0..ground.logs.len()).map(|log| self.of_log(ground, log)).collect();
+    pub(super) fn values(self, ctx: &EvidenceContext<'_>) -> Option<Vec<Option<Vec<f64>>>> {
+        let values: Vec<_> = (0..ctx.logs.len()).map(|log| self.of_log(ctx, log)).collect();
         values.iter().any(Option::is_some).then_some(values)
     }
 
-    fn of_log(self, ground: &Context<'_>, index: usize) -> Option<Vec<f64>> {
-        let log = ground.logs.get(index)?;
+    fn of_log(self, ctx: &EvidenceContext<'_>, index: usize) -> Option<Vec<f64>> {
+        let log = ctx.logs.get(index)?;
         let samples = &log.samples;
-        let motion = ground.found.at[index].motion.as_ref();
+        let motion = ctx.found.residuals[index].motion.as_ref();
         match self {
             Self::Time => {
                 let begin = samples.time.first()?;
                 Some(samples.time.iter().map(|t| t - begin).collect())
             }
             Self::TimeTo(end) => {
-                let times = Self::Time.of_log(ground, index)?;
+                let times = Self::Time.of_log(ctx, index)?;
                 Some(times.into_iter().map(|t| if t <= end { t } else { f64::NAN }).collect())
             }
             Self::SpringTorque(j) => {
@@ -41,7 +41,7 @@ impl Axis {
                 Some(averaged(log, samples.force.as_ref()?.iter().map(|f| f.z).collect()))
             }
             Self::PushBySpindle => {
-                let push = Self::AxialForce.of_log(ground, index)?;
+                let push = Self::AxialForce.of_log(ctx, index)?;
                 Some(
                     push.iter()
                         .zip(samples.spindle.as_ref()?)

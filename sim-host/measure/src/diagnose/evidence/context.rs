@@ -2,12 +2,12 @@
 
 use crate::data::log::Log;
 use crate::fit::{EffectScope, FitProblem, FitState, Fitted, Residuals};
-use crate::predict::Quantity;
-use crate::residuals::localize::CurvePoint;
+use crate::predict::ComparedQuantity;
+use crate::residuals::localize::ConditionBin;
 
 /// What an effect may follow. Joints count from 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Axis {
+pub enum Abscissa {
     /// Time from the start of the log, s.
     Time,
     /// Time up to so many seconds, s.
@@ -38,7 +38,7 @@ pub enum Axis {
     SpindleOrder,
 }
 
-impl Axis {
+impl Abscissa {
     /// Its unit.
     pub fn unit(self) -> &'static str {
         match self {
@@ -62,7 +62,7 @@ pub enum Ordinate {
     /// What a column of a channel reads beyond what is predicted without the effect.
     Column {
         /// The channel.
-        quantity: Quantity,
+        quantity: ComparedQuantity,
         /// The column.
         component: u8,
         /// The effect.
@@ -76,21 +76,21 @@ pub enum Ordinate {
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectCurve {
     /// The variable that matters for the effect.
-    pub x: Axis,
+    pub x: Abscissa,
     /// The quantity that the data ask for.
     pub y: Ordinate,
     /// Its unit.
     pub y_unit: &'static str,
     /// What the measurements say. A loop comes in order of time, everything else in order of `x`.
-    pub points: Vec<CurvePoint>,
+    pub points: Vec<ConditionBin>,
     /// The same quantity as the effect with its fitted values has it, in the same order.
     pub fitted: Vec<[f64; 2]>,
 }
 
 /// Everything that a view is drawn from.
-pub(super) struct Context<'a> {
+pub(super) struct EvidenceContext<'a> {
     /// The logs made ready, and the logs.
-    pub bench: &'a FitProblem,
+    pub problem: &'a FitProblem,
     pub logs: &'a [Log],
     /// The fit with the effect.
     pub found: &'a Fitted,

@@ -1,27 +1,27 @@
 //! Rows of logs put together to the points of a curve.
 
-use super::context::{Axis, Context, EffectCurve, Ordinate};
+use super::context::{Abscissa, EffectCurve, EvidenceContext, Ordinate};
 use super::probe::Probe;
-use super::view::Shape;
+use super::view::CurveShape;
 use crate::data::log::LogKind;
 use crate::fit::Slopes;
-use crate::predict::Quantity;
-use crate::residuals::localize::CurvePoint;
+use crate::predict::ComparedQuantity;
+use crate::residuals::localize::ConditionBin;
 use std::ops::Range;
 
 /// Points of a curve, and how many of the fitted curve's there are to each.
-const POINTS: usize = 24;
+const CURVE_POINTS: usize = 24;
 const FINER: usize = 3;
 
 /// Points of a loop or a trace, which turns round often.
-const STEPS: usize = 100;
+const LOOP_POINTS: usize = 100;
 
 /// Points of a curve that lie nearer each other than this, as a share of its range, become one.
-const NEAR: f64 = 0.005;
+const POINT_DISTANCE_MIN: f64 = 0.005;
 
 /// Share of the largest weight of a row up to which a row says nothing: what it has is rounding of
 /// slopes.
-const NOTHING: f64 = 1e-8;
+const NEGLIGIBLE_WEIGHT: f64 = 1e-8;
 
 /// What all compared values of one row of a log say.
 #[derive(Debug, Clone, Copy)]
@@ -42,14 +42,14 @@ pub(super) struct BinRow {
 
 /// The rows that show anything of the quantity, log after log in order of time.
 pub(super) fn rows(
-    ground: &Context<'_>,
+    ctx: &EvidenceContext<'_>,
     probe: &Probe,
     slopes: &Slopes,
     values: &[Option<Vec<f64>>],
-    shape: Shape,
+    shape: CurveShape,
 ) -> Vec<BinRow> {
     let mut rows: Vec<BinRow> = Vec::new();
-    for (log, experiment) in ground.bench.experiments.iter().enumerate() {
+    for (log, experiment) in ctx.problem.logs.iter().enumerate() {
         let (Some(slope), Some(x)) = (&slopes[log], &values[log]) else {
             continue;
         };
@@ -59,7 +59,7 @@ pub(super) fn rows(
         if swings {
             continue;
         }
-        let (without, with) = (&ground.without[log].residual, &ground.found.at[log].residual);
+        let (without, with) = (&ctx.without[log].residual, &ctx.found.residuals[log].residual);
         let mut of_row: Vec<BinRow> = x
             .iter()
             .enumerate()
@@ -74,7 +74,7 @@ pub(super) fn rows(
                 count: 0.0,
             })
             .collect();
-        let value = probe.value(ground);
+        let value = probe.value(ctx);
         for (k, compared) in experiment.compared.iter().enumerate() {
             let (s, Some(row)) = (slope[k], of_row.get_mut(compared.row)) else {
                 continue;
@@ -97,8 +97,8 @@ pub(super) fn rows(
         );
     }
     let most = rows.iter().map(|r| r.weight).fold(0.0, f64::max);
-    rows.retain(|r| r.weight > NOTHING * most);
-    if shape == Shape::Loop {
+    rows.retain(|r| r.weight > NEGLIGIBLE_WEIGHT * most);
+    if shape == CurveShape::Loop {
         largest_loop(&mut rows);
     }
     rows
@@ -121,20 +121,20 @@ fn largest_loop(rows: &mut Vec<BinRow>) {
 }
 
 /// Rows in the order of the curve.
-pub(super) fn sort(rows: &mut [BinRow], shape: Shape) {
-    if shape == Shape::Curve {
+pub(super) fn sort(rows: &mut [BinRow], shape: CurveShape) {
+    if shape == CurveShape::Curve {
         rows.sort_by(|a, b| a.x.total_cmp(&b.x));
     }
 }
 
 /// Rows of each point: steps of a curve go half by the variable and half by what the rows know, so
 /// that both its range and its dense parts are resolved.
-fn bins(rows: &[BinRow], shape: Shape, count: usize) -> Vec<Range<usize>> {
+fn bins(rows: &[BinRow], shape: CurveShape, count: usize) -> Vec<Range<usize>> {
     let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
         return Vec::new();
     };
     let total: f64 = rows.iter().map(|r| r.weight).sum();
-    let by_x = if shape == Shape::Curve { 0.5 } else { 0.0 };
+    let by_x = if shape == CurveShape::Curve { 0.5 } else { 0.0 };
     let wide = (last.x - first.x).max(f64::MIN_POSITIVE);
     let mut known = 0.0;
     let mut bins: Vec<Range<usize>> = Vec::new();
@@ -150,11 +150,12 @@ fn bins(rows: &[BinRow], shape: Shape, count: usize) -> Vec<Range<usize>> {
         }
         of_last = bin;
     }
-    if shape == Shape::Curve {
+    if shape == CurveShape::Curve {
         bins = bins.into_iter().fold(Vec::new(), |mut apart: Vec<Range<usize>>, bin| {
             match apart.last_mut() {
                 Some(last)
-                    if middle(&rows[bin.clone()]) - middle(&rows[last.clone()]) < NEAR * wide =>
+                    if middle(&rows[bin.clone()]) - middle(&rows[last.clone()])
+                        < POINT_DISTANCE_MIN * wide =>
                 {
                     last.end = bin.end
                 }
@@ -171,12 +172,12 @@ fn middle(rows: &[BinRow]) -> f64 {
     rows.iter().map(|r| r.weight * r.x).sum::<f64>() / rows.iter().map(|r| r.weight).sum::<f64>()
 }
 
-fn steps(shape: Shape) -> usize {
-    if shape == Shape::Curve { POINTS } else { STEPS }
+fn steps(shape: CurveShape) -> usize {
+    if shape == CurveShape::Curve { CURVE_POINTS } else { LOOP_POINTS }
 }
 
 /// Σ y²/σ² of the fitted curve: how far the effect stands out along this variable.
-pub(super) fn explained(rows: &[BinRow], shape: Shape) -> f64 {
+pub(super) fn explained(rows: &[BinRow], shape: CurveShape) -> f64 {
     let of_bin = |rows: &[BinRow]| {
         let given: f64 = rows.iter().map(|r| r.given).sum();
         given * given / rows.iter().map(|r| r.weight).sum::<f64>()
@@ -187,14 +188,14 @@ pub(super) fn explained(rows: &[BinRow], shape: Shape) -> f64 {
 /// What the rows ask for and what the effect gives; `None` where that is no curve.
 pub(super) fn points(
     rows: &[BinRow],
-    shape: Shape,
+    shape: CurveShape,
     sign: f64,
-) -> Option<(Vec<CurvePoint>, Vec<[f64; 2]>)> {
+) -> Option<(Vec<ConditionBin>, Vec<[f64; 2]>)> {
     let count = steps(shape);
-    let mut points: Vec<CurvePoint> =
+    let mut points: Vec<ConditionBin> =
         bins(rows, shape, count).into_iter().map(|range| point(&rows[range], sign)).collect();
     let mut fitted: Vec<[f64; 2]> =
-        bins(rows, shape, if shape == Shape::Curve { FINER * count } else { count })
+        bins(rows, shape, if shape == CurveShape::Curve { FINER * count } else { count })
             .into_iter()
             .map(|range| {
                 let sum = |f: fn(&BinRow) -> f64| rows[range.clone()].iter().map(f).sum::<f64>();
@@ -209,7 +210,7 @@ pub(super) fn points(
 /// One point. Its error is that of independent noise of the size that is left with the effect, and
 /// no less than what the passes through this stretch differ by: what is left of one pass is often
 /// of one piece.
-fn point(rows: &[BinRow], sign: f64) -> CurvePoint {
+fn point(rows: &[BinRow], sign: f64) -> ConditionBin {
     let sum = |f: fn(&BinRow) -> f64| rows.iter().map(f).sum::<f64>();
     let weight = sum(|r| r.weight);
     let y = sum(|r| r.asked) / weight;
@@ -222,7 +223,9 @@ fn point(rows: &[BinRow], sign: f64) -> CurvePoint {
     for row in in_time {
         let own = row.asked - row.weight * y;
         match passes.last_mut() {
-            Some(pass) if before.is_some_and(|b| b.log == row.log && row.row - b.row <= GAP) => {
+            Some(pass)
+                if before.is_some_and(|b| b.log == row.log && row.row - b.row <= PASS_GAP_ROWS) =>
+            {
                 *pass += own
             }
             _ => passes.push(own),
@@ -235,25 +238,25 @@ fn point(rows: &[BinRow], sign: f64) -> CurvePoint {
     } else {
         0.0
     };
-    CurvePoint { x: middle(rows), y: sign * y, error: white.max(between).sqrt() }
+    ConditionBin { x: middle(rows), y: sign * y, error: white.max(between).sqrt() }
 }
 
 /// Rows that belong to one pass are no further apart: the slowest log is compared at every fiftieth
 /// row or so.
-const GAP: usize = 60;
+const PASS_GAP_ROWS: usize = 60;
 
 /// Mean amplitudes of the force at the orders of the spindle, along the axis of the tool where they
 /// are largest.
-pub(super) fn orders(ground: &Context<'_>) -> Option<EffectCurve> {
+pub(super) fn orders(ctx: &EvidenceContext<'_>) -> Option<EffectCurve> {
     let mut best: Option<(f64, EffectCurve)> = None;
     for component in 0..3_u8 {
         // By order, then cosine and sine: Σ weight·value of what is asked and given, Σ weight, Σ
         // r², number.
         let mut sums: Vec<[[f64; 5]; 2]> = Vec::new();
-        for (log, experiment) in ground.bench.experiments.iter().enumerate() {
-            let (without, with) = (&ground.without[log].residual, &ground.found.at[log].residual);
+        for (log, experiment) in ctx.problem.logs.iter().enumerate() {
+            let (without, with) = (&ctx.without[log].residual, &ctx.found.residuals[log].residual);
             for (k, c) in experiment.compared.iter().enumerate() {
-                let Quantity::Ripple { order, sine } = c.quantity else {
+                let ComparedQuantity::Ripple { order, sine } = c.quantity else {
                     continue;
                 };
                 if c.component != component {
@@ -273,8 +276,8 @@ pub(super) fn orders(ground: &Context<'_>) -> Option<EffectCurve> {
         }
         let part = |of: &[f64; 5], which: usize| of[which] / of[2];
         let known = || sums.iter().enumerate().filter(|(_, of)| of.iter().all(|o| o[2] > 0.0));
-        let points: Vec<CurvePoint> = known()
-            .map(|(order, [cosine, sine])| CurvePoint {
+        let points: Vec<ConditionBin> = known()
+            .map(|(order, [cosine, sine])| ConditionBin {
                 x: order as f64,
                 y: part(cosine, 0).hypot(part(sine, 0)),
                 error: (0.5
@@ -288,7 +291,7 @@ pub(super) fn orders(ground: &Context<'_>) -> Option<EffectCurve> {
         let largest = fitted.iter().map(|p| p[1]).fold(0.0, f64::max);
         if points.len() > 1 && largest > best.as_ref().map_or(0.0, |b| b.0) {
             let evidence = EffectCurve {
-                x: Axis::SpindleOrder,
+                x: Abscissa::SpindleOrder,
                 y: Ordinate::ForceAmplitude(component),
                 y_unit: "N",
                 points,

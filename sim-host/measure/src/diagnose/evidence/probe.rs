@@ -1,9 +1,9 @@
 //! What residuals are projected on: a constant at a port of the plant, a value of the effect
 //! itself, or one column.
 
-use super::context::{Context, Ordinate};
+use super::context::{EvidenceContext, Ordinate};
 use crate::fit::{EffectScope, FreeParameter, Slopes, slopes, unit};
-use crate::predict::{Compared, Experiment, Quantity};
+use crate::predict::{Compared, ComparedQuantity, PreparedLog};
 use trueweld_plant::effects::formula::{CustomParameter, CustomRole, Definition, PORTS};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 
@@ -25,7 +25,7 @@ pub(super) enum Probe {
     /// The effect's own parameter of that index: which value the data ask for.
     Own { parameter: usize, shown: Ordinate },
     /// Nothing but what one channel reads more than is predicted.
-    Column { quantity: Quantity, component: u8, shown: Ordinate },
+    Column { quantity: ComparedQuantity, component: u8, shown: Ordinate },
 }
 
 /// Size at which the slope by a constant is taken, by unit: small against what any plant does,
@@ -74,7 +74,11 @@ fn added(a: Option<Vec<f64>>, b: Option<Vec<f64>>) -> Option<Vec<f64>> {
 
 /// Slopes by one of several quantities, cleared row by row of what the others could do as well:
 /// what one component of a force does to the tool, another does too.
-pub(super) fn apart(ground: &Context<'_>, all: &[Option<Slopes>], which: usize) -> Option<Slopes> {
+pub(super) fn apart(
+    ctx: &EvidenceContext<'_>,
+    all: &[Option<Slopes>],
+    which: usize,
+) -> Option<Slopes> {
     let mut own = all[which].clone()?;
     let others: Vec<&Slopes> = all
         .iter()
@@ -82,7 +86,7 @@ pub(super) fn apart(ground: &Context<'_>, all: &[Option<Slopes>], which: usize) 
         .filter(|(k, _)| *k != which)
         .filter_map(|(_, s)| s.as_ref())
         .collect();
-    for (log, experiment) in ground.bench.experiments.iter().enumerate() {
+    for (log, experiment) in ctx.problem.logs.iter().enumerate() {
         let Some(own) = own[log].as_mut() else {
             continue;
         };
@@ -99,7 +103,7 @@ pub(super) fn apart(ground: &Context<'_>, all: &[Option<Slopes>], which: usize) 
 }
 
 /// Takes out of `s`, row by row, its part along `of`.
-fn clear(s: &mut [f64], of: &[f64], experiment: &Experiment, rows: usize) {
+fn clear(s: &mut [f64], of: &[f64], experiment: &PreparedLog, rows: usize) {
     let mut sums = vec![[0.0; 2]; rows];
     for (k, c) in experiment.compared.iter().enumerate() {
         sums[c.row][0] += s[k] * of[k];
@@ -115,18 +119,18 @@ fn clear(s: &mut [f64], of: &[f64], experiment: &Experiment, rows: usize) {
 
 impl Probe {
     /// Slopes of all residuals by the quantity, in its unit; `None` where no log shows it.
-    pub fn slopes(&self, ground: &Context<'_>) -> Option<Slopes> {
+    pub fn slopes(&self, ctx: &EvidenceContext<'_>) -> Option<Slopes> {
         let (mut slopes, size): (Slopes, f64) = match self {
             Self::Port { terms, at, unit: of, .. } => {
                 let mut sum: Option<Slopes> = None;
                 for (port, times) in terms {
                     let kind = constant(port, times, of)?;
                     // Without the effect, so that nothing of its form is assumed.
-                    let mut point = ground.bare.clone();
-                    let of = EffectScope::All(point.all.len());
-                    point.all.push(Effect { kind, at: *at, values: vec![0.0] });
+                    let mut point = ctx.bare.clone();
+                    let of = EffectScope::Shared(point.shared.len());
+                    point.shared.push(Effect { kind, at: *at, values: vec![0.0] });
                     let free = FreeParameter { of, parameter: 0, expected: f64::INFINITY };
-                    let new = slopes(ground.bench, &point, &[free], ground.without, 1.0).pop()?;
+                    let new = slopes(ctx.problem, &point, &[free], ctx.without, 1.0).pop()?;
                     sum = Some(match sum {
                         Some(sum) => sum.into_iter().zip(new).map(|(a, b)| added(a, b)).collect(),
                         None => new,
@@ -135,14 +139,14 @@ impl Probe {
                 (sum?, step(of))
             }
             Self::Own { parameter, .. } => {
-                let point = &ground.found.point;
-                let is = |f: &FreeParameter| f.of == ground.of && f.parameter == *parameter;
+                let point = &ctx.found.point;
+                let is = |f: &FreeParameter| f.of == ctx.of && f.parameter == *parameter;
                 let k = point.free.iter().position(is)?;
                 let value = point.value(&point.free[k]);
-                (ground.found.slopes.get(k)?.clone(), unit(point.parameter(&point.free[k]), value))
+                (ctx.found.slopes.get(k)?.clone(), unit(point.parameter(&point.free[k]), value))
             }
             Self::Column { quantity, component, .. } => {
-                let of_column = |e: &Experiment| {
+                let of_column = |e: &PreparedLog| {
                     let has = |c: &&Compared| c.quantity == *quantity && c.component == *component;
                     e.compared.iter().any(|c| has(&c)).then(|| {
                         e.compared
@@ -151,7 +155,7 @@ impl Probe {
                             .collect()
                     })
                 };
-                (ground.bench.experiments.iter().map(of_column).collect(), 1.0)
+                (ctx.problem.logs.iter().map(of_column).collect(), 1.0)
             }
         };
         slopes.iter_mut().flatten().flatten().for_each(|s| *s /= size);
@@ -160,11 +164,11 @@ impl Probe {
     }
 
     /// The value of the effect that is asked for, as it was fitted.
-    pub fn value(&self, ground: &Context<'_>) -> Option<f64> {
+    pub fn value(&self, ctx: &EvidenceContext<'_>) -> Option<f64> {
         let Self::Own { parameter, .. } = self else {
             return None;
         };
-        ground.found.point.effect(ground.of).values.get(*parameter).copied()
+        ctx.found.point.effect(ctx.of).values.get(*parameter).copied()
     }
 
     pub fn sign(&self) -> f64 {
@@ -180,13 +184,13 @@ impl Probe {
         }
     }
 
-    pub fn y_unit(&self, ground: &Context<'_>) -> &'static str {
+    pub fn y_unit(&self, ctx: &EvidenceContext<'_>) -> &'static str {
         match self {
             Self::Port { unit, .. } => unit,
-            Self::Own { parameter, .. } => ground
+            Self::Own { parameter, .. } => ctx
                 .found
                 .point
-                .effect(ground.of)
+                .effect(ctx.of)
                 .kind
                 .parameters
                 .get(*parameter)

@@ -1,9 +1,9 @@
 //! What shows each effect: the quantity it acts through and the variables it may follow.
 
-use super::context::{Axis, Context, Ordinate};
+use super::context::{Abscissa, EvidenceContext, Ordinate};
 use super::probe::Probe;
 use crate::data::log::LogKind;
-use crate::predict::Quantity;
+use crate::predict::ComparedQuantity;
 use trueweld_core::JOINTS;
 use trueweld_plant::effects::curve::{Curve, CurveAxis, ShownQuantity};
 use trueweld_plant::effects::formula::PORTS;
@@ -15,7 +15,7 @@ const WINDOW: f64 = 0.4;
 
 /// How rows become points.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Shape {
+pub(super) enum CurveShape {
     /// In order of the variable, all logs together.
     Curve,
     /// In order of time, of the one log in which the effect does most.
@@ -26,7 +26,7 @@ pub(super) enum Shape {
     Orders,
 }
 
-impl Shape {
+impl CurveShape {
     /// True for a row that belongs to the curve.
     pub fn shows(self, log: usize, x: f64) -> bool {
         match self {
@@ -40,8 +40,8 @@ impl Shape {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct View {
     pub probes: Vec<Probe>,
-    pub axes: Vec<Axis>,
-    pub shape: Shape,
+    pub axes: Vec<Abscissa>,
+    pub shape: CurveShape,
 }
 
 /// Periods of a wave within a joint's range above which it is drawn over one of them.
@@ -49,36 +49,38 @@ const FOLDED: f64 = 4.0;
 
 impl View {
     /// How an effect is best shown.
-    pub fn of(effect: &Effect, ground: &Context<'_>) -> Self {
+    pub fn of(effect: &Effect, ctx: &EvidenceContext<'_>) -> Self {
         let (quantities, axes, shape) = match effect.kind.curve {
-            Curve::Column => return Self::fallback(effect, ground),
+            Curve::Column => return Self::fallback(effect, ctx),
             Curve::SpindleOrders => {
-                return Self { probes: Vec::new(), axes: Vec::new(), shape: Shape::Orders };
+                return Self { probes: Vec::new(), axes: Vec::new(), shape: CurveShape::Orders };
             }
-            Curve::Quantity(quantities, axes) => (quantities, axes, Shape::Curve),
-            Curve::Loop(quantities, axes) => (quantities, axes, Shape::Loop),
+            Curve::Quantity(quantities, axes) => (quantities, axes, CurveShape::Curve),
+            Curve::Loop(quantities, axes) => (quantities, axes, CurveShape::Loop),
         };
         let axes = match axes {
             [] => every_axis(),
-            axes => axes.iter().map(|axis| of_effect(*axis, effect, ground)).collect(),
+            axes => axes.iter().map(|axis| of_effect(*axis, effect, ctx)).collect(),
         };
         Self { probes: quantities.iter().map(|q| probe(q, effect)).collect(), axes, shape }
     }
 
     /// The column that the effect mends most, over what it follows there; where the links swing, as
     /// it was recorded.
-    pub fn fallback(effect: &Effect, ground: &Context<'_>) -> Self {
-        let Some((log, quantity, component)) = most_improved(ground) else {
-            return Self { probes: Vec::new(), axes: Vec::new(), shape: Shape::Curve };
+    pub fn fallback(effect: &Effect, ctx: &EvidenceContext<'_>) -> Self {
+        let Some((log, quantity, component)) = most_improved(ctx) else {
+            return Self { probes: Vec::new(), axes: Vec::new(), shape: CurveShape::Curve };
         };
         let shown = Ordinate::Column { quantity, component, without: effect.kind.id };
         let probes = vec![Probe::Column { quantity, component, shown }];
-        let swings = ground.bench.experiments[log].kind == LogKind::RingDown;
-        match window(ground, log, quantity, component).filter(|_| swings) {
-            Some((from, to)) => {
-                Self { probes, axes: vec![Axis::Time], shape: Shape::Trace { log, from, to } }
-            }
-            None => Self { probes, axes: every_axis(), shape: Shape::Curve },
+        let swings = ctx.problem.logs[log].kind == LogKind::RingDown;
+        match window(ctx, log, quantity, component).filter(|_| swings) {
+            Some((from, to)) => Self {
+                probes,
+                axes: vec![Abscissa::Time],
+                shape: CurveShape::Trace { log, from, to },
+            },
+            None => Self { probes, axes: every_axis(), shape: CurveShape::Curve },
         }
     }
 }
@@ -108,61 +110,62 @@ fn probe(quantity: &ShownQuantity, effect: &Effect) -> Probe {
 }
 
 /// The variable that an effect's curve names, of its joint and with its values.
-fn of_effect(axis: CurveAxis, effect: &Effect, ground: &Context<'_>) -> Axis {
+fn of_effect(axis: CurveAxis, effect: &Effect, ctx: &EvidenceContext<'_>) -> Abscissa {
     let j = if let Location::Joint(j) = effect.at { j } else { 0 };
     match axis {
-        CurveAxis::Time => Axis::Time,
+        CurveAxis::Time => Abscissa::Time,
         // A change that has come to its end says nothing more: five time constants.
-        CurveAxis::TimeTo { constant } => Axis::TimeTo(5.0 * effect.values[constant]),
-        CurveAxis::SpringTorque => Axis::SpringTorque(j),
+        CurveAxis::TimeTo { constant } => Abscissa::TimeTo(5.0 * effect.values[constant]),
+        CurveAxis::SpringTorque => Abscissa::SpringTorque(j),
         CurveAxis::Angle => {
             let order = effect.kind.parameters.iter().position(|p| p.role == Role::Order);
             let order = order.map_or(1.0, |k| effect.values[k]);
-            if order * range(ground, j) > FOLDED * std::f64::consts::TAU {
-                Axis::Phase(j, order)
+            if order * range(ctx, j) > FOLDED * std::f64::consts::TAU {
+                Abscissa::Phase(j, order)
             } else {
-                Axis::Angle(j)
+                Abscissa::Angle(j)
             }
         }
-        CurveAxis::AngleBefore => Axis::Angle(j.saturating_sub(1)),
-        CurveAxis::AngleOf(j) => Axis::Angle(j),
-        CurveAxis::Rate => Axis::Rate(j),
-        CurveAxis::Path => Axis::Path,
-        CurveAxis::Feed => Axis::Feed,
-        CurveAxis::AxialForce => Axis::AxialForce,
-        CurveAxis::PushBySpindle => Axis::PushBySpindle,
-        CurveAxis::Load => Axis::Load,
-        CurveAxis::Tool(i) => Axis::Tool(i),
+        CurveAxis::AngleBefore => Abscissa::Angle(j.saturating_sub(1)),
+        CurveAxis::AngleOf(j) => Abscissa::Angle(j),
+        CurveAxis::Rate => Abscissa::Rate(j),
+        CurveAxis::Path => Abscissa::Path,
+        CurveAxis::Feed => Abscissa::Feed,
+        CurveAxis::AxialForce => Abscissa::AxialForce,
+        CurveAxis::PushBySpindle => Abscissa::PushBySpindle,
+        CurveAxis::Load => Abscissa::Load,
+        CurveAxis::Tool(i) => Abscissa::Tool(i),
         CurveAxis::OfInstrument => match effect.at {
-            Location::Channel(Channel::Tracker) => Axis::ToolSpeed,
-            Location::Channel(Channel::Wrench) => Axis::Time,
-            _ => Axis::Rate(0),
+            Location::Channel(Channel::Tracker) => Abscissa::ToolSpeed,
+            Location::Channel(Channel::Wrench) => Abscissa::Time,
+            _ => Abscissa::Rate(0),
         },
     }
 }
 
-fn every_axis() -> Vec<Axis> {
-    let of_joints =
-        (0..JOINTS).flat_map(|j| [Axis::Angle(j), Axis::SpringTorque(j), Axis::Rate(j)]);
-    let of_cell = [Axis::Time, Axis::Path, Axis::Feed, Axis::AxialForce, Axis::Load];
+fn every_axis() -> Vec<Abscissa> {
+    let of_joints = (0..JOINTS)
+        .flat_map(|j| [Abscissa::Angle(j), Abscissa::SpringTorque(j), Abscissa::Rate(j)]);
+    let of_cell =
+        [Abscissa::Time, Abscissa::Path, Abscissa::Feed, Abscissa::AxialForce, Abscissa::Load];
     of_joints.chain(of_cell).collect()
 }
 
 /// Range that a joint's angle covers in all logs, rad.
-fn range(ground: &Context<'_>, joint: usize) -> f64 {
-    let angles = ground.logs.iter().flat_map(|log| log.samples.encoder.iter().map(|q| q[joint]));
+fn range(ctx: &EvidenceContext<'_>, joint: usize) -> f64 {
+    let angles = ctx.logs.iter().flat_map(|log| log.samples.encoder.iter().map(|q| q[joint]));
     let (low, high) =
         angles.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), q| (l.min(q), h.max(q)));
     (high - low).max(0.0)
 }
 
 /// Log and column whose sum of squares the effect lowers most, calibrations alone set beside it.
-fn most_improved(ground: &Context<'_>) -> Option<(usize, Quantity, u8)> {
-    let mut falls: Vec<((usize, Quantity, u8), f64)> = Vec::new();
-    for (log, experiment) in ground.bench.experiments.iter().enumerate() {
-        let (null, with) = (&ground.null[log].residual, &ground.found.at[log].residual);
+fn most_improved(ctx: &EvidenceContext<'_>) -> Option<(usize, ComparedQuantity, u8)> {
+    let mut falls: Vec<((usize, ComparedQuantity, u8), f64)> = Vec::new();
+    for (log, experiment) in ctx.problem.logs.iter().enumerate() {
+        let (null, with) = (&ctx.null[log].residual, &ctx.found.residuals[log].residual);
         for (k, c) in experiment.compared.iter().enumerate() {
-            if matches!(c.quantity, Quantity::Ripple { .. }) {
+            if matches!(c.quantity, ComparedQuantity::Ripple { .. }) {
                 continue;
             }
             let column = (log, c.quantity, c.component);
@@ -178,14 +181,14 @@ fn most_improved(ground: &Context<'_>) -> Option<(usize, Quantity, u8)> {
 
 /// The stretch of a log, as a range of time, in which one column shows most of the effect.
 fn window(
-    ground: &Context<'_>,
+    ctx: &EvidenceContext<'_>,
     log: usize,
-    quantity: Quantity,
+    quantity: ComparedQuantity,
     component: u8,
 ) -> Option<(f64, f64)> {
-    let time = &ground.logs.get(log)?.samples.time;
-    let experiment = &ground.bench.experiments[log];
-    let (without, with) = (&ground.without[log].residual, &ground.found.at[log].residual);
+    let time = &ctx.logs.get(log)?.samples.time;
+    let experiment = &ctx.problem.logs[log];
+    let (without, with) = (&ctx.without[log].residual, &ctx.found.residuals[log].residual);
     let (first, last) = (*time.first()?, *time.last()?);
     let windows = ((last - first) / WINDOW).ceil().max(1.0) as usize;
     let mut done = vec![0.0; windows];

@@ -5,9 +5,9 @@
 //! knows far better than the depth gives it: they are predicted for the depth force that was
 //! measured. What the spindle's ripple does is predicted at its lines ([`lines`]).
 
-mod likeliest;
-mod lines;
+mod spindle_harmonics;
 mod tool;
+mod wiener;
 
 use super::columns::{
     Dropouts, filled, filled_vectors, mean_abs, period, rows_a_vector, spindle_angle,
@@ -15,14 +15,14 @@ use super::columns::{
 };
 use super::compared::list;
 use super::instruments::{sensed, unread, wrench_behind};
-use super::{Compared, Model, PredictError, Quantity, known};
+use super::{BaselineModel, Compared, ComparedQuantity, PredictError, known};
 use crate::data::channel::LogChannel;
 use crate::data::fir::{LowPass, interpolate};
 use crate::data::log::Log;
-use crate::data::noise::{Level, NoiseLevels};
-use lines::Lines;
+use crate::data::noise::{NoiseLevel, NoiseLevels};
 use nalgebra::{Matrix3, Vector3};
-use tool::{CONTACT, Held, Weld};
+use spindle_harmonics::SpindleHarmonics;
+use tool::{CONTACT, LoadedTool, RecordedWeld};
 use trueweld_core::Wrench;
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_plant::input::Process;
@@ -30,8 +30,8 @@ use trueweld_plant::robot::{Channel, ElasticRobot, Ports, Readings};
 use trueweld_plant::simulate::Seam;
 
 /// Band of the slow force, Hz, and its largest share of the spindle's frequency.
-const BAND: f64 = 1.2;
-const SPINDLE_SHARE: f64 = 0.2;
+const SLOW_FORCE_BAND: f64 = 1.2;
+const SLOW_FORCE_SPINDLE_SHARE: f64 = 0.2;
 
 /// Band up to which a filter of the slow force lets anything through, in its bands.
 const PASSED: f64 = 1.5;
@@ -39,21 +39,21 @@ const PASSED: f64 = 1.5;
 /// Band in which the tool is followed, in bands of the slow force. It passes whole what that band
 /// passes, so that a force that jumps is smoothed once, as the measured one is, and nothing at the
 /// spindle's frequency.
-const FOLLOWED: f64 = 3.0;
+const FOLLOWED_BANDS: f64 = 3.0;
 
 /// What the predicted slow force is exact to, as a share of the push: the ripple's mean effect is
 /// taken to second order.
-const EXACT: f64 = 2e-4;
+const SLOW_FORCE_ACCURACY: f64 = 2e-4;
 
 /// Push that counts as firm contact, in deviations of the predicted depth force.
 const FIRM: f64 = 4.0;
 
 /// A weld with tracker and wrench.
 #[derive(Debug, Clone)]
-pub(super) struct Contact {
-    weld: Weld,
+pub(super) struct ContactForcePrediction {
+    weld: RecordedWeld,
     moment: Option<[Vec<f64>; 3]>,
-    lines: Lines,
+    lines: SpindleHarmonics,
     /// What the nominal contact makes of the tracker's noise, at every row, in T, N.
     noise: Vec<Vector3<f64>>,
     /// Of a log that begins in contact: what is not known of its start.
@@ -73,7 +73,7 @@ struct ChannelStart {
 
 impl ChannelStart {
     /// `None` where the force does not depend on it.
-    fn of(weld: &Weld, process: &Process, deviation: Vec<f64>) -> Option<Self> {
+    fn of(weld: &RecordedWeld, process: &Process, deviation: Vec<f64>) -> Option<Self> {
         let n = weld.motion.len();
         let still = Process { ripple: Vec::new(), ..process.clone() };
         let first = weld.motion[0].position.x;
@@ -126,13 +126,13 @@ impl Folded {
     }
 }
 
-impl Contact {
+impl ContactForcePrediction {
     /// What can be compared of a weld's forces: nothing where the log lacks what that needs, or where
     /// `folded` is given a line of the spindle that its rows show as a slow force.
     pub(super) fn new(
         log: &Log,
         noise: &NoiseLevels,
-        model: &Model,
+        model: &BaselineModel,
         compared: &mut Vec<Compared>,
         folded: &mut Option<Folded>,
     ) -> Result<Option<Self>, PredictError> {
@@ -160,7 +160,7 @@ impl Contact {
         let angle = spindle_angle(log)
             .unwrap_or_else(|| (0..n).map(|k| process.spindle * k as f64 * period).collect());
         let turning = mean_abs(&spindle) / std::f64::consts::TAU;
-        let band = BAND.min(SPINDLE_SHARE * turning).min(0.2 / period);
+        let band = SLOW_FORCE_BAND.min(SLOW_FORCE_SPINDLE_SHARE * turning).min(0.2 / period);
         if band.is_nan() || band <= 0.0 {
             return Ok(None);
         }
@@ -172,7 +172,7 @@ impl Contact {
         if n < 2 * low.half() + 2 {
             return Ok(None);
         }
-        let followed = LowPass::new((FOLLOWED * band).min(0.2 / period), period);
+        let followed = LowPass::new((FOLLOWED_BANDS * band).min(0.2 / period), period);
         let every = ((0.4 / (band * period)).floor() as usize).max(1);
         // A force is predicted from where the tool was followed to, in a window of its own.
         let unread = Dropouts::of_vectors([&s.force], &low);
@@ -193,7 +193,7 @@ impl Contact {
         };
         let seam = Seam::real(weld);
         let axes = (0..n).map(|k| seam.place(&vector(&position, k)).axes).collect();
-        let mut weld = Weld {
+        let mut weld = RecordedWeld {
             process,
             seam,
             axes,
@@ -212,7 +212,7 @@ impl Contact {
         weld.motion = weld.tool(None, 0.0, weld.process.memory_length);
         let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
         // The mean of fewer readings is noisier.
-        let seldom = |mut levels: Vec<Level>, rows: f64| {
+        let seldom = |mut levels: Vec<NoiseLevel>, rows: f64| {
             levels.iter_mut().for_each(|level| level.deviation *= rows.sqrt());
             levels
         };
@@ -234,8 +234,9 @@ impl Contact {
         if weld.rows.is_empty() {
             return Ok(None);
         }
-        let lined = |weld: &Weld| {
-            let mut lines = Lines::new(weld, (&s.encoder, &encoder), model, turning, band);
+        let lined = |weld: &RecordedWeld| {
+            let mut lines =
+                SpindleHarmonics::new(weld, (&s.encoder, &encoder), model, turning, band);
             let mut amplitudes = Vec::new();
             lines.compare(weld, model, (&level, &encoder), &mut amplitudes);
             (lines, amplitudes)
@@ -275,7 +276,7 @@ impl Contact {
     }
 
     /// The process of this log: the model's, turning as the spindle was recorded.
-    pub(super) fn process(&self, model: &Model) -> Process {
+    pub(super) fn process(&self, model: &BaselineModel) -> Process {
         self.weld.process(model)
     }
 
@@ -285,28 +286,28 @@ impl Contact {
         &self,
         log: &Log,
         noise: &NoiseLevels,
-        model: &Model,
-        (level, tracker): (&[Level], f64),
+        model: &BaselineModel,
+        (level, tracker): (&[NoiseLevel], f64),
         compared: &mut Vec<Compared>,
     ) -> Result<(), PredictError> {
-        let Weld { low, rows, force, .. } = &self.weld;
+        let RecordedWeld { low, rows, force, .. } = &self.weld;
         let (white, n) = (low.gain(0), force.len());
         let spreads: Vec<Vector3<f64>> = rows
             .iter()
             .map(|row| spread(&self.weld, model, *row, tracker, level[2].deviation))
             .collect();
-        list(compared, Quantity::Force, rows, 0..3, |k, c| {
+        list(compared, ComparedQuantity::Force, rows, 0..3, |k, c| {
             let row = rows[k];
             let variance = level[c].deviation.powi(2) * white
                 + self.weld.turned(&spreads[k], row, c)
-                + (EXACT * self.weld.push(row)).powi(2);
+                + (SLOW_FORCE_ACCURACY * self.weld.push(row)).powi(2);
             (low.at(0, |i| force[i][c], n, row), variance.sqrt(), level[c].stated)
         });
         if let Some(moment) = &self.moment {
             let level = known(&noise.moment, log, LogChannel::Moment)?;
             let white = white * rows_a_vector(&log.samples.moment, low);
             let unread = Dropouts::of_vectors([&log.samples.moment], low);
-            list(compared, Quantity::Moment, rows, 0..3, |k, c| {
+            list(compared, ComparedQuantity::Moment, rows, 0..3, |k, c| {
                 let deviation = level[c].deviation * white.sqrt();
                 let dropped = unread.within(low.half(), rows[k]);
                 let measured =
@@ -389,9 +390,15 @@ fn in_plane(forces: &mut [Vector3<f64>], shares: &[f64]) {
 
 /// What the tracker's noise becomes in the predicted slow force around a row, in W, N.
 /// `tracker`, m, and `sensor`, N: deviations of position and of measured depth force.
-fn spread(weld: &Weld, model: &Model, row: usize, tracker: f64, sensor: f64) -> Vector3<f64> {
+fn spread(
+    weld: &RecordedWeld,
+    model: &BaselineModel,
+    row: usize,
+    tracker: f64,
+    sensor: f64,
+) -> Vector3<f64> {
     let (value, rate) = (weld.low.gain(0), weld.low.gain(1));
-    let Held { push, reaction: r, .. } = weld.held(&weld.process(model), row);
+    let LoadedTool { push, reaction: r, .. } = weld.held(&weld.process(model), row);
     let (k, b) = (r.stiffness, r.damping);
     let from = |c: usize| if c == 2 { 2..3 } else { 0..2 };
     let mut slow = Vector3::from_fn(|c, _| {

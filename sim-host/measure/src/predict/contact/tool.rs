@@ -1,10 +1,10 @@
 //! A weld as it was recorded, in the bands in which its forces are predicted, and the tool followed
 //! through it as the tracker saw it.
 
-use super::super::Model;
+use super::super::BaselineModel;
 use super::super::columns::vector;
 use super::super::instruments::pose_behind;
-use super::likeliest::{Likeliest, between};
+use super::wiener::{WienerSmoother, between};
 use crate::data::fir::{LowPass, interpolate};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::Pose;
@@ -15,7 +15,7 @@ use trueweld_plant::simulate::Seam;
 
 /// A weld with tracker and wrench.
 #[derive(Debug, Clone)]
-pub(super) struct Weld {
+pub(super) struct RecordedWeld {
     pub process: Process,
     pub seam: Seam,
     /// Axes of W in B where the tool is, at every row.
@@ -35,7 +35,7 @@ pub(super) struct Weld {
     /// Rows that are compared.
     pub rows: Vec<usize>,
     /// What of that motion is none of the tracker's noise, in W; `None` where it is not known yet.
-    pub likeliest: Option<Likeliest>,
+    pub likeliest: Option<WienerSmoother>,
     /// Motion of the tool as the tracker tells it without a delay or a term of its own.
     pub motion: Vec<Tool>,
 }
@@ -45,12 +45,12 @@ pub(super) struct Weld {
 pub(super) const CONTACT: f64 = 0.03;
 
 /// Speed along the seam below which a tool is not on its way, m/s.
-const SLOW: f64 = 1e-3;
+const FEED_MIN: f64 = 1e-3;
 
 /// How far the channel lags behind a tool on its way, across the seam, m, where it follows over this
 /// travel; 0 for a tool at rest.
 fn lag(memory: f64, position: &Vector3<f64>, velocity: &Vector3<f64>) -> f64 {
-    let deep = position.z > 0.0 && velocity.x.abs() > SLOW;
+    let deep = position.z > 0.0 && velocity.x.abs() > FEED_MIN;
     if deep { memory * velocity.y / velocity.x.abs() } else { 0.0 }
 }
 
@@ -64,7 +64,7 @@ pub(super) struct Tool {
 
 /// A tool that carries a measured push: in W, N, m and m/s.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Held {
+pub(super) struct LoadedTool {
     pub push: f64,
     pub position: Vector3<f64>,
     pub velocity: Vector3<f64>,
@@ -73,9 +73,9 @@ pub(super) struct Held {
     pub reaction: Reaction,
 }
 
-impl Weld {
+impl RecordedWeld {
     /// The process of this log: the model's, turning as the spindle was recorded.
-    pub fn process(&self, model: &Model) -> Process {
+    pub fn process(&self, model: &BaselineModel) -> Process {
         let mut process = model.process.clone().unwrap_or_else(|| self.process.clone());
         process.spindle = self.process.spindle;
         process
@@ -140,7 +140,7 @@ impl Weld {
     pub fn distrust(&mut self, tracker: f64) {
         let seen: Vec<Vector3<f64>> = self.motion.iter().map(|tool| tool.position).collect();
         let covariance = |lag: usize| tracker.powi(2) * self.followed.covariance(lag);
-        self.likeliest = Some(Likeliest::of(&seen, self.stride(), covariance));
+        self.likeliest = Some(WienerSmoother::of(&seen, self.stride(), covariance));
         self.motion = self.tool(None, 0.0, self.process.memory_length);
     }
 
@@ -176,7 +176,7 @@ impl Weld {
 
     /// A tool that carries the push measured around a row, its forces those of a mean over a turn: the
     /// noisy depth itself may have lost contact.
-    pub fn held(&self, process: &Process, row: usize) -> Held {
+    pub fn held(&self, process: &Process, row: usize) -> LoadedTool {
         let tool = &self.motion[row];
         let push = self.push(row).max(1.0);
         let position =
@@ -184,7 +184,7 @@ impl Weld {
         let velocity = Vector3::new(tool.velocity.x, tool.velocity.y, 0.0);
         let (even, none) = (Process { ripple: Vec::new(), ..process.clone() }, Ports::default());
         let reaction = reaction(&even, &none, 0.0, &position, &velocity, tool.channel, 0.0);
-        Held { push, position, velocity, channel: tool.channel, reaction }
+        LoadedTool { push, position, velocity, channel: tool.channel, reaction }
     }
 
     /// Measured depth force around a row, N.

@@ -8,9 +8,11 @@ mod swing;
 use super::columns::period;
 use super::instruments::{seen, sensed, unread};
 use super::play::{BacklashObserver, Observed};
-use super::{Compared, Model, Motion, PredictError, known};
+use super::{BaselineModel, Compared, LinkMotion, PredictError, known};
 use crate::data::channel::LogChannel;
-use crate::data::fir::{Bands, Beginning, CLOSELY, LowPass, NOT_BY_CHANCE, Smoothed, finer, start};
+use crate::data::fir::{
+    Bands, Beginning, CLOSE_AGREEMENT_DEVIATIONS, LowPass, NOT_BY_CHANCE, Smoothed, finer, start,
+};
 use crate::data::log::{Log, LogKind};
 use crate::data::noise::NoiseLevels;
 use nalgebra::{DMatrix, Matrix3, SVector, Vector3};
@@ -46,24 +48,24 @@ const DRIVE_PERIOD: f64 = 4e-3;
 
 /// Rows that are further apart tell nothing of a motion, s, nor of an arm's ringing, in periods of its
 /// lowest mode.
-const SLOWEST: f64 = 0.1;
+const MOTION_ROW_INTERVAL_MAX: f64 = 0.1;
 const OF_A_PERIOD: f64 = 0.2;
 
 /// Longest step of the links' integration, s: a mode of 50 Hz turns by 0.6 rad in it.
-const STEP: f64 = 2e-3;
+const INTEGRATION_STEP_MAX: f64 = 2e-3;
 
 /// Postures along a log at which its fastest mode is looked for.
-const POSTURES: usize = 32;
+const LOG_POSTURES: usize = 32;
 
 /// Time at either end of a log that is driven through but not compared, s: there the smoothed drive
 /// has one side only.
-const END: f64 = 0.1;
+const UNCOMPARED_END: f64 = 0.1;
 
 /// Links in motion.
 struct Links {
     swinging: DynamicLinks,
-    /// Which of them are afloat in the play of their gears.
-    afloat: Option<BacklashObserver>,
+    /// Which of them are in the backlash of their gears.
+    in_backlash: Option<BacklashObserver>,
     /// Links that are driven with less noise, whose gears tell what is remembered; none where nothing
     /// is.
     even: Option<DynamicLinks>,
@@ -75,17 +77,17 @@ impl Links {
     fn new(
         robot: &ElasticRobot,
         swinging: DynamicLinks,
-        afloat: Option<BacklashObserver>,
+        in_backlash: Option<BacklashObserver>,
         substeps: usize,
     ) -> Self {
         let even = (robot.ports.memories() > 0).then_some(swinging);
-        Self { swinging, afloat, even, substeps }
+        Self { swinging, in_backlash, even, substeps }
     }
 }
 
 /// A log of links in motion.
 #[derive(Debug, Clone)]
-pub(super) struct Moving {
+pub(super) struct DynamicPrediction {
     period: f64,
     /// States of the motors for each row.
     parts: usize,
@@ -128,11 +130,11 @@ fn is_bridged(mut read: impl Iterator<Item = bool>, low: &LowPass) -> bool {
     })
 }
 
-impl Moving {
+impl DynamicPrediction {
     pub(super) fn new(
         log: &Log,
         noise: &NoiseLevels,
-        model: &Model,
+        model: &BaselineModel,
         compared: &mut Vec<Compared>,
     ) -> Result<Self, PredictError> {
         let s = &log.samples;
@@ -141,8 +143,10 @@ impl Moving {
         let frames = model.robot.frames(&s.encoder[n / 2]);
         let lowest = model.robot.natural_frequencies(&frames).map(|omega| omega[0] / TAU);
         let slowest = match lowest {
-            Some(hertz) if log.kind == LogKind::RingDown => SLOWEST.min(OF_A_PERIOD / hertz),
-            _ => SLOWEST,
+            Some(hertz) if log.kind == LogKind::RingDown => {
+                MOTION_ROW_INTERVAL_MAX.min(OF_A_PERIOD / hertz)
+            }
+            _ => MOTION_ROW_INTERVAL_MAX,
         };
         if period > slowest * 1.01 {
             let what = "its rows are too far apart to tell what the arm did between them";
@@ -181,7 +185,7 @@ impl Moving {
                 })
                 .collect()
         };
-        let closely = agreeing(CLOSELY);
+        let closely = agreeing(CLOSE_AGREEMENT_DEVIATIONS);
         let mut bands: Vec<usize> =
             closely.iter().flatten().map(|smoothed| smoothed.band).collect();
         bands.sort_unstable();
@@ -227,8 +231,11 @@ impl Moving {
                 (series[0].angle[i], series[0].rate[i]) = (angle, rate);
             }
         }
-        let skipped =
-            if log.kind == LogKind::RingDown { 0 } else { (END / period).ceil() as usize };
+        let skipped = if log.kind == LogKind::RingDown {
+            0
+        } else {
+            (UNCOMPARED_END / period).ceil() as usize
+        };
         // A channel with long gaps is compared where it was read.
         let whole = |low: &LowPass| {
             let vectors = || s.position.iter().chain(&s.rotation);
@@ -302,9 +309,9 @@ impl Moving {
     /// # Errors
     /// Links that move too fast to be followed.
     pub(super) fn substeps(&self, robot: &ElasticRobot) -> Result<usize, TooFast> {
-        let every = self.drive.len().div_ceil(POSTURES).max(1);
+        let every = self.drive.len().div_ceil(LOG_POSTURES).max(1);
         let postures = self.drive.iter().step_by(every).map(|motors| motors.angle);
-        substeps(robot, postures, self.part(), STEP)
+        substeps(robot, postures, self.part(), INTEGRATION_STEP_MAX)
     }
 
     /// A series at one row, in the band it is compared in.
@@ -312,7 +319,8 @@ impl Moving {
         self.calm.as_ref().map_or_else(|| series(row), |low| low.at(0, &series, length, row))
     }
 
-    /// Takes the links from the row before to this one; those afloat to where they were seen.
+    /// Takes the links from the row before to this one; those in their backlash to where they were
+    /// seen.
     fn advance(&self, robot: &ElasticRobot, links: &mut Links, row: usize) -> Result<(), Diverged> {
         let last = row * self.parts;
         for state in last.saturating_sub(self.parts - 1).max(1)..=last {
@@ -323,10 +331,10 @@ impl Moving {
                 links.swinging.remember(&even.memory());
             }
         }
-        if let Some(afloat) = &mut links.afloat {
+        if let Some(in_backlash) = &mut links.in_backlash {
             let link = links.swinging.drives().link;
             let seen = self.seen(robot, &link, row);
-            let moved = afloat.moved(robot, &self.drive[last].angle, &link, &seen);
+            let moved = in_backlash.moved(robot, &self.drive[last].angle, &link, &seen);
             for links in [&mut links.swinging].into_iter().chain(&mut links.even) {
                 links.displace(&moved.by, &moved.rate);
             }
@@ -368,13 +376,13 @@ impl Moving {
         robot: &ElasticRobot,
         memory: &Memory,
         known: Option<&Arc<DMatrix<f64>>>,
-        before: Option<&Motion>,
+        before: Option<&LinkMotion>,
         substeps: usize,
-    ) -> Result<Motion, Diverged> {
+    ) -> Result<LinkMotion, Diverged> {
         let n = self.time.len();
         /// The slopes are taken once; a few rounds bring the start to where the model has it.
-        const ROUNDS: usize = 3;
-        let afloat = BacklashObserver::new(robot, self.margin, self.period);
+        const START_FIT_ROUNDS: usize = 3;
+        let in_backlash = BacklashObserver::new(robot, self.margin, self.period);
         let mut elsewhere = SVector::<f64, 12>::zeros();
         let mut gain = None;
         if let Some(swing) = &self.swing {
@@ -386,17 +394,17 @@ impl Moving {
                 None if robot.ports.memories() > 0 => own(),
                 None => None,
             };
-            for _ in 0..ROUNDS {
+            for _ in 0..START_FIT_ROUNDS {
                 let start = self.start(robot, memory, &elsewhere);
-                let start = Links::new(robot, start, afloat.clone(), substeps);
+                let start = Links::new(robot, start, in_backlash.clone(), substeps);
                 let Some(left) = self.first_residual(robot, &swing.rows, start) else { break };
                 let by = gain.as_deref().unwrap_or(&swing.gain) * left;
                 elsewhere += SVector::<f64, 12>::from_column_slice(by.as_slice());
             }
         }
-        let mut motion = Motion { swing: gain, ..Motion::new(n, afloat.is_some()) };
+        let mut motion = LinkMotion { swing: gain, ..LinkMotion::new(n, in_backlash.is_some()) };
         let start = self.start(robot, memory, &elsewhere);
-        let mut links = Links::new(robot, start, afloat, substeps);
+        let mut links = Links::new(robot, start, in_backlash, substeps);
         for k in 0..n {
             self.advance(robot, &mut links, k)?;
             let swinging = &links.swinging;

@@ -3,12 +3,12 @@
 
 use super::super::columns::{Dropouts, filled, filled_vectors, rows_a_reading, rows_a_vector};
 use super::super::compared::{list, none_where_missing};
-use super::super::{Compared, Model, PredictError, Quantity, known};
-use super::{DRIVE_BANDS, MOTOR_BAND, Moving};
+use super::super::{BaselineModel, Compared, ComparedQuantity, PredictError, known};
+use super::{DRIVE_BANDS, DynamicPrediction, MOTOR_BAND};
 use crate::data::channel::LogChannel;
 use crate::data::fir::{LowPass, finer};
 use crate::data::log::{Log, LogKind};
-use crate::data::noise::{Level, NoiseLevels};
+use crate::data::noise::{NoiseLevel, NoiseLevels};
 use nalgebra::{Complex, SMatrix, SVector};
 use std::f64::consts::TAU;
 use trueweld_core::JointVector;
@@ -18,8 +18,8 @@ use trueweld_plant::robot::{ElasticRobot, INTERNAL_STATES};
 /// Postures along a log at which the noise's way through the arm is worked out, the grid of
 /// frequencies for it, Hz (a mode of 10 Hz with 3 % damping is 0.6 Hz wide), and the highest that
 /// matters.
-const POSTURES: usize = 5;
-const LINE: f64 = 0.1;
+const NOISE_POSTURES: usize = 5;
+const FREQUENCY_STEP: f64 = 0.1;
 const HIGHEST: f64 = 120.0;
 
 /// Standard deviations that the encoders' noise leaves in what is predicted.
@@ -48,14 +48,14 @@ struct Untold {
     torque: Vec<JointVector<f64>>,
 }
 
-impl Moving {
+impl DynamicPrediction {
     /// Lists what is compared, with its noise, in the order in which [`poses`](Self::poses) and
     /// [`torques`](Self::torques) give it. `otherwise`: what the motors did, in another band.
     pub(super) fn compare(
         &self,
         log: &Log,
         noise: &NoiseLevels,
-        model: &Model,
+        model: &BaselineModel,
         otherwise: &[Motors],
         compared: &mut Vec<Compared>,
     ) -> Result<(), PredictError> {
@@ -86,7 +86,7 @@ impl Moving {
             let level = known(&noise.position, log, LogChannel::Position)?;
             let white = white * seldom(&log.samples.position).sqrt();
             let bridged = filled_vectors(&self.position).filter(|_| self.calm.is_some());
-            list(compared, Quantity::Position, rows, 0..3, |k, c| {
+            list(compared, ComparedQuantity::Position, rows, 0..3, |k, c| {
                 let read = |k: usize| bridged.as_ref().map_or(position[k][c], |all| all[c][k]);
                 let measured = self.calmed(position.len(), rows[k], read);
                 let own = (level[c].deviation * white).hypot(through.tool[3 + c]);
@@ -98,7 +98,7 @@ impl Moving {
             let level = known(&noise.rotation, log, LogChannel::Rotation)?;
             let white = white * seldom(&log.samples.rotation).sqrt();
             let turned = (through.tool.fixed_rows::<3>(0).norm_squared() / 3.0).sqrt();
-            list(compared, Quantity::Rotation, rows, 0..3, |k, c| {
+            list(compared, ComparedQuantity::Rotation, rows, 0..3, |k, c| {
                 let own = (level[c].deviation * white).hypot(turned);
                 let deviation = own.hypot(untold_tool[k][c]);
                 let is_bridged = self.calm.is_some();
@@ -115,7 +115,7 @@ impl Moving {
             let own = (level.deviation * white * seldom.sqrt()).hypot(through.link[i]);
             let bridged = filled(series).filter(|_| self.calm.is_some());
             let read = bridged.as_ref().unwrap_or(series);
-            list(compared, Quantity::LinkEncoder, rows, i..i + 1, |k, _| {
+            list(compared, ComparedQuantity::LinkEncoder, rows, i..i + 1, |k, _| {
                 let deviation = own.hypot(untold_link(rows[k], i));
                 (self.calmed(read.len(), rows[k], |k| read[k]), deviation, level.stated)
             });
@@ -136,7 +136,7 @@ impl Moving {
                 torque => torque.iter().map(|t| t[i]).collect(),
             };
             let rate = encoder[i].deviation * self.band.gain(1).sqrt();
-            list(compared, Quantity::MotorTorque, rows, i..i + 1, |k, _| {
+            list(compared, ComparedQuantity::MotorTorque, rows, i..i + 1, |k, _| {
                 let banded = |series: &[f64]| self.band.at(0, |k| series[k], n, rows[k]);
                 // Where a joint turns round, friction makes torque of the noise in its rate.
                 let inexact = banded(&inexact).hypot(banded(&untold));
@@ -151,7 +151,7 @@ impl Moving {
 
     /// Error that smoothing the motors' motion leaves in their torque, N·m: by how much it changes
     /// with the band.
-    fn inexact(&self, model: &Model, otherwise: &[Motors], i: usize) -> Vec<f64> {
+    fn inexact(&self, model: &BaselineModel, otherwise: &[Motors], i: usize) -> Vec<f64> {
         let friction = &model.robot.parameters().friction;
         let torque = |m: &Motors| {
             model.robot.rotor_inertia()[i] * m.acceleration[i] + friction.torque(i, m.rate[i]).0
@@ -161,7 +161,7 @@ impl Moving {
 
     /// What the rows do not tell: what the arm does otherwise where a spline through every other row
     /// drives it. `None` where rows are as near as what drives the links, or the arm cannot be driven.
-    fn untold(&self, model: &Model, log: &Log) -> Option<Untold> {
+    fn untold(&self, model: &BaselineModel, log: &Log) -> Option<Untold> {
         if self.parts == 1 {
             return None;
         }
@@ -217,7 +217,7 @@ impl Moving {
     }
 
     /// Slope of the model's friction by the rate at every row, N·m·s/rad.
-    fn friction_slope(&self, model: &Model, i: usize) -> Vec<f64> {
+    fn friction_slope(&self, model: &BaselineModel, i: usize) -> Vec<f64> {
         let friction = &model.robot.parameters().friction;
         self.motor.iter().map(|m| friction.torque(i, m.rate[i]).1).collect()
     }
@@ -225,17 +225,17 @@ impl Moving {
     /// What the encoders' noise n becomes on its way through the arm, at its mean posture: M θ̈ + D
     /// θ̇ + K θ = K n + D ṅ on the links, Γ = I_m n̈ + K (n − θ) + D (ṅ − θ̇) at the motors. A
     /// lightly damped mode makes several times the noise of it.
-    fn through(&self, model: &Model, encoder: &[Level]) -> Through {
+    fn through(&self, model: &BaselineModel, encoder: &[NoiseLevel]) -> Through {
         let mut sum =
             (SVector::<f64, 6>::zeros(), SVector::<f64, 6>::zeros(), SVector::<f64, 6>::zeros());
         let part = self.part();
         let drive = LowPass::new(self.drive_band.min(0.2 / part), part);
-        for posture in 0..POSTURES {
-            let k = (2 * posture + 1) * (self.drive.len() - 1) / (2 * POSTURES);
+        for posture in 0..NOISE_POSTURES {
+            let k = (2 * posture + 1) * (self.drive.len() - 1) / (2 * NOISE_POSTURES);
             let frames = model.robot.frames(&self.drive[k].angle);
             let jacobian = frames.jacobian().0.map(|x| Complex::new(x, 0.0));
             let top = 0.5 / self.period;
-            let step = LINE.min(top / 50.0);
+            let step = FREQUENCY_STEP.min(top / 50.0);
             let mut frequency = 0.5 * step;
             while frequency < top.min(HIGHEST) {
                 let w = TAU * frequency;
@@ -246,7 +246,7 @@ impl Moving {
                     // One-sided density of white noise: 2 σ²/f_s; a step of the grid takes its
                     // share.
                     let density =
-                        (2.0 * self.period * step).sqrt() * pass / (POSTURES as f64).sqrt();
+                        (2.0 * self.period * step).sqrt() * pass / (NOISE_POSTURES as f64).sqrt();
                     let noise =
                         SMatrix::<Complex<f64>, 6, 6>::from_diagonal(&SVector::from_fn(|i, _| {
                             Complex::new(encoder[i].deviation * density, 0.0)

@@ -1,21 +1,21 @@
 //! Measured less predicted, of links in motion.
 
-use super::super::Motion;
+use super::super::LinkMotion;
 use super::super::columns::filled;
 use super::super::instruments::{seen, sensed, unread};
-use super::Moving;
+use super::DynamicPrediction;
 use crate::data::fir::interpolate;
 use nalgebra::Vector3;
 use trueweld_core::Pose;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_plant::robot::{Channel, Drives, ElasticRobot, INTERNAL_STATES, Readings};
 
-impl Moving {
+impl DynamicPrediction {
     /// Measured less predicted of tracker and second encoders, in engineering units.
     pub(in super::super) fn poses(
         &self,
         robot: &ElasticRobot,
-        motion: &Motion,
+        motion: &LinkMotion,
         residual: &mut Vec<f64>,
     ) {
         let begin = self.time[0];
@@ -87,7 +87,7 @@ impl Moving {
     pub(in super::super) fn torques(
         &self,
         robot: &ElasticRobot,
-        motion: &Motion,
+        motion: &LinkMotion,
         residual: &mut Vec<f64>,
     ) {
         let torque_lag = robot.ports.delay(Channel::MotorTorque) / self.period;

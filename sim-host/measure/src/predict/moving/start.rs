@@ -1,8 +1,8 @@
 //! How the links swing where a ring-down begins after its stop: told by what the tracker saw first.
 
-use super::super::{Model, known};
+use super::super::{BaselineModel, known};
 use super::swing::Swing;
-use super::{Links, Moving};
+use super::{DynamicPrediction, Links};
 use crate::data::channel::LogChannel;
 use crate::data::log::Log;
 use crate::data::noise::NoiseLevels;
@@ -17,14 +17,19 @@ const SWING_ROWS: usize = 40;
 
 /// By how much the sum of squares must fall for an arm to be taken to swing when a log begins: twelve
 /// numbers lower it by 12, and by 40 once in ten thousand times.
-const STANDS_OUT: f64 = 60.0;
+const START_SWING_FALL_MIN: f64 = 60.0;
 
 /// Rate by which motors may change while the start is told, rad/s.
-const STEADY: f64 = 5e-3;
+const START_MOTOR_RATE_CHANGE: f64 = 5e-3;
 
-impl Moving {
+impl DynamicPrediction {
     /// How the start of the links is told; `None` where the arm does not swing when the log begins.
-    pub(super) fn swing(&self, log: &Log, noise: &NoiseLevels, model: &Model) -> Option<Swing> {
+    pub(super) fn swing(
+        &self,
+        log: &Log,
+        noise: &NoiseLevels,
+        model: &BaselineModel,
+    ) -> Option<Swing> {
         let position = self.position.as_ref()?;
         let level = known(&noise.position, log, LogChannel::Position).ok()?;
         let frames = model.robot.frames(&self.drive[0].angle);
@@ -32,7 +37,7 @@ impl Moving {
         let length = (SWING_PERIODS * TAU / lowest / self.period) as usize;
         let rate = self.drive[0].rate;
         let rows = self.drive.iter().step_by(self.parts);
-        let steady = rows.take_while(|m| (m.rate - rate).amax() < STEADY).count();
+        let steady = rows.take_while(|m| (m.rate - rate).amax() < START_MOTOR_RATE_CHANGE).count();
         let length = length.min(steady);
         let every = length.div_ceil(SWING_ROWS).max(1);
         let seen = |row: &usize| position[*row].sum().is_finite();
@@ -54,7 +59,7 @@ impl Moving {
             let right = right.rows(from, size).into_owned();
             Some(right.dot(&normal.cholesky()?.solve(&right)))
         };
-        if explained(0)? - explained(12)? < STANDS_OUT {
+        if explained(0)? - explained(12)? < START_SWING_FALL_MIN {
             return None;
         }
         swing.gain = swing.gain(&slopes)?;

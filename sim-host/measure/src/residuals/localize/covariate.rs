@@ -4,11 +4,11 @@ use super::table::ResidualTable;
 use crate::data::log::{Log, LogKind};
 use crate::data::rates::rate;
 use crate::predict::Prediction;
-use crate::residuals::finding::{Category, Variable};
+use crate::residuals::finding::{Category, RowCondition};
 use trueweld_core::JOINTS;
 
 /// Bins of a condition, each with as many rows as the others.
-const BINS: usize = 8;
+const CONDITION_BINS: usize = 8;
 
 /// Fewest rows in a category, as a share of all.
 const LEAST_SHARE: f64 = 0.04;
@@ -17,11 +17,11 @@ const LEAST_SHARE: f64 = 0.04;
 const REST: f64 = 0.03;
 
 /// A joint that turns no faster than this is not moved on purpose, rad/s.
-const STILL: f64 = 1e-4;
+const JOINT_RATE_MIN: f64 = 1e-4;
 
 /// One condition, a value a row.
 pub(super) struct Covariate {
-    pub variable: Variable,
+    pub variable: RowCondition,
     /// NaN where it is not known; of categories their numbers.
     pub values: Vec<f64>,
     pub categories: Vec<Category>,
@@ -58,11 +58,11 @@ const SIGNS: [Category; 2] = [Category::Negative, Category::Positive];
 const DIRECTIONS: [Category; 3] = [Category::Negative, Category::AtRest, Category::Positive];
 const TENDENCIES: [Category; 3] = [Category::Falling, Category::Steady, Category::Rising];
 
-fn number(variable: Variable, values: Vec<f64>) -> Covariate {
+fn number(variable: RowCondition, values: Vec<f64>) -> Covariate {
     category(variable, &[], values)
 }
 
-fn category(variable: Variable, categories: &[Category], values: Vec<f64>) -> Covariate {
+fn category(variable: RowCondition, categories: &[Category], values: Vec<f64>) -> Covariate {
     Covariate { variable, values, categories: categories.to_vec() }
 }
 
@@ -71,7 +71,7 @@ pub(super) fn of(log: &Log, prediction: &Prediction) -> Vec<Covariate> {
     let samples = &log.samples;
     let (n, time) = (samples.len(), &samples.time);
     let start = time.first().copied().unwrap_or(0.0);
-    let mut all = vec![number(Variable::Time, time.iter().map(|t| t - start).collect())];
+    let mut all = vec![number(RowCondition::Time, time.iter().map(|t| t - start).collect())];
     let still = log.kind == LogKind::StaticLoad;
     // Between loads at rest, what the last change was.
     let change = |series: &[f64]| -> Vec<f64> {
@@ -90,39 +90,39 @@ pub(super) fn of(log: &Log, prediction: &Prediction) -> Vec<Covariate> {
             }
             _ => samples.encoder.iter().map(|q| q[joint]).collect(),
         };
-        all.push(number(Variable::Angle(joint), angle.clone()));
+        all.push(number(RowCondition::Angle(joint), angle.clone()));
         if !still {
             let rate = slope(&angle);
-            if rate.iter().any(|r| r.abs() > STILL) {
-                all.push(category(Variable::Motion(joint), &DIRECTIONS, tendency(&rate)));
-                all.push(number(Variable::Acceleration(joint), slope(&rate)));
-                all.push(number(Variable::Rate(joint), rate));
+            if rate.iter().any(|r| r.abs() > JOINT_RATE_MIN) {
+                all.push(category(RowCondition::Motion(joint), &DIRECTIONS, tendency(&rate)));
+                all.push(number(RowCondition::Acceleration(joint), slope(&rate)));
+                all.push(number(RowCondition::Rate(joint), rate));
             }
         }
         if let Some(motion) = prediction.motion.as_ref().filter(|m| m.spring.len() == n) {
             let torque: Vec<f64> = motion.spring.iter().map(|t| t[joint]).collect();
             let sign = torque.iter().map(|t| if *t > 0.0 { 1.0 } else { 0.0 }).collect();
-            all.push(category(Variable::SpringSign(joint), &SIGNS, sign));
+            all.push(category(RowCondition::SpringSign(joint), &SIGNS, sign));
             all.push(category(
-                Variable::SpringTendency(joint),
+                RowCondition::SpringTendency(joint),
                 &TENDENCIES,
                 tendency(&slope(&torque)),
             ));
-            all.push(number(Variable::SpringTorque(joint), torque));
+            all.push(number(RowCondition::SpringTorque(joint), torque));
         }
     }
     if let Some(payload) = &samples.payload {
-        all.push(number(Variable::Payload, payload.iter().map(|p| p.mass).collect()));
+        all.push(number(RowCondition::Payload, payload.iter().map(|p| p.mass).collect()));
     }
     if let Some(force) = &samples.force {
         let load: Vec<f64> = force.iter().map(|f| f.norm()).collect();
         if still {
-            all.push(category(Variable::LoadTendency, &TENDENCIES, tendency(&slope(&load))));
+            all.push(category(RowCondition::LoadTendency, &TENDENCIES, tendency(&slope(&load))));
         }
-        all.push(number(Variable::Load, load));
+        all.push(number(RowCondition::Load, load));
     }
     if let Some(path) = log.along_weld() {
-        all.push(number(Variable::Path, path));
+        all.push(number(RowCondition::Path, path));
     }
     all
 }
@@ -140,7 +140,7 @@ impl Covariate {
                 }
             }
         }
-        let value = |variable: Variable, (log, row): (usize, usize)| {
+        let value = |variable: RowCondition, (log, row): (usize, usize)| {
             let found = of_logs[log].iter().find(|c| c.variable == variable);
             found.map_or(f64::NAN, |c| c.values[row])
         };
@@ -156,7 +156,7 @@ impl Covariate {
             let mut which = vec![0.0; table.rows.len()];
             table.spans.iter().enumerate().for_each(|(k, span)| which[span.clone()].fill(k as f64));
             let logs: Vec<Category> = (0..table.logs.len()).map(Category::Log).collect();
-            joined.push(category(Variable::Log, &logs, which));
+            joined.push(category(RowCondition::Log, &logs, which));
         }
         joined
     }
@@ -178,7 +178,8 @@ impl Covariate {
         let mut sorted = known;
         sorted.sort_by(f64::total_cmp);
         // Upper ends; equal values stay together.
-        let mut ends: Vec<f64> = (1..=BINS).map(|b| sorted[b * sorted.len() / BINS - 1]).collect();
+        let mut ends: Vec<f64> =
+            (1..=CONDITION_BINS).map(|b| sorted[b * sorted.len() / CONDITION_BINS - 1]).collect();
         ends.dedup();
         if ends.len() < 2 {
             return None;

@@ -15,24 +15,24 @@ mod spectrum;
 mod table;
 
 pub use crate::residuals::finding::{
-    Category, Curve, CurvePoint, Finding, MapAxis, ResidualMap, Statistic, Variable,
+    Category, ConditionBin, ConditionCurve, Finding, MapAxis, ResidualMap, RowCondition, Statistic,
 };
 
 use crate::data::log::Log;
-use crate::predict::{Experiment, Prediction};
-use crate::residuals::finding::FLOOR;
+use crate::predict::{Prediction, PreparedLog};
+use crate::residuals::finding::NOISE_FLOOR_SCORE;
 use covariate::{Bins, Covariate};
 use rayon::prelude::*;
-use table::{Group, Judged, ResidualTable};
+use table::{JudgedShare, ResidualTable, SeriesGroup};
 
 /// Arrangements that a share is set against: p-values come in steps of 1/200.
 pub const ARRANGEMENTS: usize = 199;
 
 /// Exceeded so often, a share is taken for chance without trying the other arrangements.
-const ENOUGH: usize = 10;
+const CHANCE_EXCEEDANCES: usize = 10;
 
 /// Findings of one channel whose share above chance comes so near the best are named with it.
-const NEARLY: f64 = 0.85;
+const NEAR_BEST_SHARE: f64 = 0.85;
 
 /// What the residuals of some logs go with, largest share first; what goes with nothing beyond
 /// chance is not listed.
@@ -40,7 +40,7 @@ const NEARLY: f64 = 0.85;
 /// `experiments` and `predictions` belong to `logs`, place by place; the predictions need their
 /// motion. Random arrangements are seeded: the same residuals give the same findings.
 pub fn localize(
-    experiments: &[Experiment],
+    experiments: &[PreparedLog],
     predictions: &[Prediction],
     logs: &[Log],
 ) -> Vec<Finding> {
@@ -66,8 +66,8 @@ pub fn localize(
 /// where nothing else does.
 pub fn foremost(findings: &[Finding], count: usize) -> Vec<&Finding> {
     let mut chosen: Vec<&Finding> = Vec::new();
-    let by_frequency = |f: &&Finding| f.variable == Variable::Frequency;
-    let above = || findings.iter().filter(|f| f.score > FLOOR);
+    let by_frequency = |f: &&Finding| f.variable == RowCondition::Frequency;
+    let above = || findings.iter().filter(|f| f.score > NOISE_FLOOR_SCORE);
     for finding in above().filter(|f| !by_frequency(f)).chain(above().filter(by_frequency)) {
         if !chosen.iter().any(|f| f.kind == finding.kind && f.channel == finding.channel) {
             chosen.push(finding);
@@ -93,20 +93,20 @@ fn findings_of(table: &ResidualTable, conditions: &[Vec<Covariate>], logs: &[Log
     found.sort_by(|a, b| b.excess().total_cmp(&a.excess()));
     let map = map::of(table, &joined, &found, &arrangements);
     // The first that a person is told of.
-    if let Some(first) = found.iter_mut().find(|f| f.variable != Variable::Frequency) {
+    if let Some(first) = found.iter_mut().find(|f| f.variable != RowCondition::Frequency) {
         first.map = map;
     }
     found
 }
 
 fn name_similar(findings: &mut [Finding]) {
-    let all: Vec<(Variable, f64)> = findings
+    let all: Vec<(RowCondition, f64)> = findings
         .iter()
-        .filter(|f| f.variable != Variable::Frequency)
+        .filter(|f| f.variable != RowCondition::Frequency)
         .map(|f| (f.variable, f.excess()))
         .collect();
-    for finding in findings.iter_mut().filter(|f| f.variable != Variable::Frequency) {
-        let least = NEARLY * finding.excess();
+    for finding in findings.iter_mut().filter(|f| f.variable != RowCondition::Frequency) {
+        let least = NEAR_BEST_SHARE * finding.excess();
         let near =
             all.iter().filter(|(other, excess)| *other != finding.variable && *excess >= least);
         finding.similar = near.take(3).map(|(other, _)| *other).collect();
@@ -120,14 +120,14 @@ struct Shares {
 }
 
 /// Sums over the rows of each bin.
-struct Sums {
+struct BinSums {
     rows: Vec<f64>,
     squares: Vec<f64>,
     /// By bin, then by series.
     values: Vec<f64>,
 }
 
-impl Sums {
+impl BinSums {
     /// With the residual of row `order(i)` under the condition of row i.
     fn of(table: &ResidualTable, bins: &Bins, order: impl Fn(usize) -> usize) -> Self {
         let width = table.series.len();
@@ -179,9 +179,9 @@ impl Sums {
 fn judge<const N: usize>(
     shares: [f64; N],
     mut arranged: impl Iterator<Item = [f64; N]>,
-) -> [Judged; N] {
+) -> [JudgedShare; N] {
     let (mut tried, mut reached, mut sum) = (0, [0; N], [0.0; N]);
-    while reached.iter().any(|r| *r < ENOUGH)
+    while reached.iter().any(|r| *r < CHANCE_EXCEEDANCES)
         && let Some(chance) = arranged.next()
     {
         tried += 1;
@@ -190,7 +190,7 @@ fn judge<const N: usize>(
             sum[k] += chance[k];
         }
     }
-    std::array::from_fn(|k| Judged {
+    std::array::from_fn(|k| JudgedShare {
         share: shares[k],
         by_chance: sum[k] / f64::from(tried.max(1)),
         p: (reached[k] + 1) as f64 / f64::from(tried + 1),
@@ -204,11 +204,11 @@ fn by_rows(
     arrangements: &[Vec<u32>],
 ) -> Option<Finding> {
     let bins = condition.bins()?;
-    let sums = Sums::of(table, &bins, |i| i);
+    let sums = BinSums::of(table, &bins, |i| i);
     let width = table.series.len();
     let Shares { mean, size } = sums.shares(width);
     let arranged = arrangements.iter().map(|order| {
-        let shares = Sums::of(table, &bins, |i| order[i] as usize).shares(width);
+        let shares = BinSums::of(table, &bins, |i| order[i] as usize).shares(width);
         [shares.mean, shares.size]
     });
     let [mean, size] = judge([mean, size], arranged);
@@ -233,9 +233,9 @@ fn report(
     table: &ResidualTable,
     condition: &Covariate,
     bins: &Bins,
-    sums: &Sums,
+    sums: &BinSums,
     how: Statistic,
-    judged: Judged,
+    judged: JudgedShare,
 ) -> Finding {
     let width = table.series.len();
     let total: f64 = sums.squares.iter().sum();
@@ -271,7 +271,7 @@ fn report(
         category: condition.categories.get(there).copied(),
         share_there: sums.squares[there] / total,
         samples_there: sums.rows[there] / rows,
-        curve: Curve {
+        curve: ConditionCurve {
             categories: filled.map(|(category, _)| *category).collect(),
             series: Some((table.series[series].quantity, table.series[series].column)),
             y_unit: table.series[series].quantity.unit(),
@@ -282,7 +282,7 @@ fn report(
 }
 
 /// What lies in one group of series more than in the others.
-fn by_series(table: &ResidualTable, group: &Group) -> Option<Finding> {
+fn by_series(table: &ResidualTable, group: &SeriesGroup) -> Option<Finding> {
     let members = |c: usize| group.of.iter().filter(|of| **of == c).count() as f64;
     let width = table.series.len();
     let blocks = table.blocks();
@@ -325,7 +325,7 @@ fn by_series(table: &ResidualTable, group: &Group) -> Option<Finding> {
         category: Some(group.categories[there]),
         share_there: sums[there] / total,
         samples_there: members(there) / width as f64,
-        curve: Curve {
+        curve: ConditionCurve {
             categories: group.categories.clone(),
             series: None,
             y_unit: table.series[0].quantity.unit(),
@@ -360,19 +360,19 @@ fn offset(table: &ResidualTable) -> Option<Finding> {
         return None;
     }
     let everywhere = || 0..table.squares.len();
-    let points: Vec<CurvePoint> =
+    let points: Vec<ConditionBin> =
         (0..width).map(|s| table.point(s as f64, Statistic::Mean, s, everywhere())).collect();
     let mean = |s: usize| everywhere().map(|i| table.row(i)[s]).sum::<f64>().abs();
     let there = largest(width, mean);
     Some(Finding {
-        variable: Variable::Offset,
+        variable: RowCondition::Offset,
         low: there as f64,
         high: there as f64,
         category: Some(table.series[there].category()),
         share_there: table.squares_of(there, |_| true) / total,
         samples_there: 1.0 / width as f64,
-        curve: Curve {
-            categories: table.series.iter().map(table::Series::category).collect(),
+        curve: ConditionCurve {
+            categories: table.series.iter().map(table::ComparedSeries::category).collect(),
             series: None,
             y_unit: table.series[0].quantity.unit(),
             points,

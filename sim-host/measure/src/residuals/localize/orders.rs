@@ -2,21 +2,21 @@
 //! quite round.
 
 use super::covariate::{Bins, Covariate};
-use super::table::{LEAST, ResidualTable};
-use super::{ARRANGEMENTS, Finding, Statistic, Sums, Variable, judge, report};
+use super::table::{EXPLAINED_ABOVE_CHANCE_MIN, ResidualTable};
+use super::{ARRANGEMENTS, BinSums, Finding, RowCondition, Statistic, judge, report};
 use crate::data::log::LogKind;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Periods a turn that are tried.
-const ORDERS: std::ops::RangeInclusive<usize> = 1..=160;
+const TRIED_ORDERS: std::ops::RangeInclusive<usize> = 1..=160;
 
 /// Periods that a joint must go through for a wave to be told from a slope.
 const PERIODS: f64 = 2.0;
 
 /// Rows that orders are searched in; bins of the phase.
-const ROWS: usize = 500;
-const BINS: u16 = 12;
+const ORDER_SEARCH_ROWS: usize = 500;
+const PHASE_BINS: u16 = 12;
 
 /// The best wave over each joint's angle in a free motion, where it is more than chance; chance may
 /// choose its order too.
@@ -29,7 +29,7 @@ pub(super) fn of(
         return Vec::new();
     }
     let of = |condition: &Covariate| match condition.variable {
-        Variable::Angle(joint) => of_angle(table, joint, condition, arrangements),
+        RowCondition::Angle(joint) => of_angle(table, joint, condition, arrangements),
         _ => None,
     };
     conditions.par_iter().filter_map(of).collect()
@@ -44,13 +44,13 @@ fn of_angle(
     let (low, high) =
         angle.values.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
     let first = (PERIODS * TAU / (high - low)).ceil().max(1.0);
-    if !first.is_finite() || first as usize > *ORDERS.end() {
+    if !first.is_finite() || first as usize > *TRIED_ORDERS.end() {
         return None;
     }
     let picked: Vec<usize> =
-        (0..table.squares.len()).step_by(table.squares.len().div_ceil(ROWS)).collect();
-    let waves: Vec<Wave> = (first as usize..=*ORDERS.end())
-        .map(|order| Wave::new(order, &picked, &angle.values))
+        (0..table.squares.len()).step_by(table.squares.len().div_ceil(ORDER_SEARCH_ROWS)).collect();
+    let waves: Vec<SineCosine> = (first as usize..=*TRIED_ORDERS.end())
+        .map(|order| SineCosine::new(order, &picked, &angle.values))
         .collect();
     let width = table.series.len();
     let mut mean = vec![0.0; width];
@@ -69,7 +69,7 @@ fn of_angle(
         shares.fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
     };
     let (order, share) = best(&|i| i);
-    if share < LEAST {
+    if share < EXPLAINED_ABOVE_CHANCE_MIN {
         return None;
     }
     let arranged = arrangements.iter().take(ARRANGEMENTS).map(|a| [best(&|i| a[i] as usize).1]);
@@ -78,23 +78,23 @@ fn of_angle(
         return None;
     }
     let phase: Vec<f64> = angle.values.iter().map(|q| (order as f64 * q).rem_euclid(TAU)).collect();
-    let bin = |p: &f64| Some(((p / TAU * f64::from(BINS)) as u16).min(BINS - 1));
-    let bins = Bins { of: phase.iter().map(bin).collect(), count: usize::from(BINS) };
-    let variable = Variable::Wave { joint, order };
+    let bin = |p: &f64| Some(((p / TAU * f64::from(PHASE_BINS)) as u16).min(PHASE_BINS - 1));
+    let bins = Bins { of: phase.iter().map(bin).collect(), count: usize::from(PHASE_BINS) };
+    let variable = RowCondition::Wave { joint, order };
     let condition = Covariate { variable, values: phase, categories: Vec::new() };
-    let sums = Sums::of(table, &bins, |i| i);
+    let sums = BinSums::of(table, &bins, |i| i);
     Some(report(table, &condition, &bins, &sums, Statistic::Mean, judged))
 }
 
 /// Sine and cosine of a multiple of an angle, less their means.
-struct Wave {
+struct SineCosine {
     order: usize,
     values: Vec<[f64; 2]>,
     /// Inverse of the sums of their squares and products: sine, both, cosine.
     inverse: [f64; 3],
 }
 
-impl Wave {
+impl SineCosine {
     fn new(order: usize, rows: &[usize], angle: &[f64]) -> Self {
         let mut values: Vec<[f64; 2]> =
             rows.iter().map(|i| (order as f64 * angle[*i]).sin_cos().into()).collect();

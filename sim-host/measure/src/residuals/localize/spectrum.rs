@@ -2,16 +2,16 @@
 //! of its size would be.
 
 use super::table::ResidualTable;
-use super::{Curve, CurvePoint, Finding, Statistic, Variable, judge, largest};
+use super::{ConditionBin, ConditionCurve, Finding, RowCondition, Statistic, judge, largest};
 use crate::data::log::{Log, LogKind};
-use crate::predict::Quantity;
+use crate::predict::ComparedQuantity;
 use realfft::RealFftPlanner;
 
 /// Bands, each an octave wide but for the lowest.
 const BANDS: usize = 8;
 
 /// Fewest rows of a spectrum.
-const FEWEST: usize = 64;
+const SPECTRUM_ROWS_MIN: usize = 64;
 
 /// The band that stands out of a flat spectrum.
 pub(super) fn of(
@@ -21,8 +21,8 @@ pub(super) fn of(
 ) -> Option<Finding> {
     let even = matches!(table.kind, LogKind::RingDown | LogKind::FreeMotion);
     // What is compared in a band of its own is not white, however good the model is.
-    let filtered = table.channel == Quantity::MotorTorque.channel();
-    if !even || filtered || table.spans.iter().any(|s| s.len() < FEWEST) {
+    let filtered = table.channel == ComparedQuantity::MotorTorque.channel();
+    if !even || filtered || table.spans.iter().any(|s| s.len() < SPECTRUM_ROWS_MIN) {
         return None;
     }
     // Rows of one log lie evenly; so do the logs among each other, having one kind.
@@ -70,15 +70,15 @@ pub(super) fn of(
     let (low, high) = edges(there);
     let point = |b: usize| {
         let (low, high) = edges(b);
-        CurvePoint { x: 0.5 * (low + high) * highest, y: shares[b] / width(b), error: 0.0 }
+        ConditionBin { x: 0.5 * (low + high) * highest, y: shares[b] / width(b), error: 0.0 }
     };
     Some(Finding {
-        variable: Variable::Frequency,
+        variable: RowCondition::Frequency,
         low: low * highest,
         high: high * highest,
         share_there: shares[there],
         samples_there: width(there),
-        curve: Curve {
+        curve: ConditionCurve {
             categories: Vec::new(),
             series: None,
             y_unit: "",

@@ -1,8 +1,10 @@
 //! Residuals of one channel in all logs of one kind, row by row.
 
 use crate::data::log::{Log, LogKind};
-use crate::predict::{Experiment, Prediction, Quantity};
-use crate::residuals::finding::{Category, Curve, CurvePoint, Finding, Statistic, Variable};
+use crate::predict::{ComparedQuantity, Prediction, PreparedLog};
+use crate::residuals::finding::{
+    Category, ConditionBin, ConditionCurve, Finding, RowCondition, Statistic,
+};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -11,14 +13,14 @@ use std::ops::Range;
 use trueweld_core::JOINTS;
 
 /// Rows kept: of longer logs every second, third, … row.
-const MOST_ROWS: usize = 2000;
+const KEPT_ROWS_MAX: usize = 2000;
 
 /// Fewest rows that something can be told of.
 const FEWEST_ROWS: usize = 24;
 
 /// A residual is taken to remember as long as its autocorrelation exceeds this, and no longer than
 /// this share of a log.
-const REMEMBERED: f64 = 0.2;
+const AUTOCORRELATION_MIN: f64 = 0.2;
 const LONGEST_SHARE: usize = 8;
 
 /// Seed of all arrangements.
@@ -26,41 +28,41 @@ const SEED: u64 = 20_100_137;
 
 /// Largest p of what is reported, and least share above chance.
 const SIGNIFICANT: f64 = 0.01;
-pub(super) const LEAST: f64 = 0.01;
+pub(super) const EXPLAINED_ABOVE_CHANCE_MIN: f64 = 0.01;
 
 /// A share set against chance.
 #[derive(Clone, Copy)]
-pub(super) struct Judged {
+pub(super) struct JudgedShare {
     pub share: f64,
     pub by_chance: f64,
     pub p: f64,
 }
 
-impl Judged {
+impl JudgedShare {
     pub fn excess(self) -> f64 {
         self.share - self.by_chance
     }
 
     pub fn counts(self) -> bool {
-        self.p <= SIGNIFICANT && self.excess() >= LEAST
+        self.p <= SIGNIFICANT && self.excess() >= EXPLAINED_ABOVE_CHANCE_MIN
     }
 }
 
 /// Series of a table put together in groups: its columns, or the spindle's orders.
-pub(super) struct Group {
-    pub variable: Variable,
+pub(super) struct SeriesGroup {
+    pub variable: RowCondition,
     pub categories: Vec<Category>,
     /// Category of every series.
     pub of: Vec<usize>,
 }
 
 /// One compared series.
-pub(super) struct Series {
-    pub quantity: Quantity,
+pub(super) struct ComparedSeries {
+    pub quantity: ComparedQuantity,
     pub column: u8,
 }
 
-impl Series {
+impl ComparedSeries {
     pub fn category(&self) -> Category {
         Category::Series(self.quantity, self.column)
     }
@@ -70,7 +72,7 @@ impl Series {
 pub(super) struct ResidualTable {
     pub kind: LogKind,
     pub channel: &'static str,
-    pub series: Vec<Series>,
+    pub series: Vec<ComparedSeries>,
     /// Names of the logs, and of their robot's joints.
     pub logs: Vec<String>,
     joints: [String; JOINTS],
@@ -89,22 +91,22 @@ pub(super) struct ResidualTable {
 }
 
 /// Series of a log and the rows in which all of them have a value.
-type Rows = BTreeMap<usize, Vec<(f64, f64)>>;
+type CommonRows = BTreeMap<usize, Vec<(f64, f64)>>;
 
 /// Logs, by their place, in which the same series were recorded.
 struct Gathered {
     kind: LogKind,
-    series: Vec<(Quantity, u8)>,
-    of_logs: Vec<(usize, Rows)>,
+    series: Vec<(ComparedQuantity, u8)>,
+    of_logs: Vec<(usize, CommonRows)>,
 }
 
 impl ResidualTable {
     /// All channels of all kinds of logs. Logs of which other columns were recorded make a table of
     /// their own.
-    pub fn all(experiments: &[Experiment], predictions: &[Prediction], logs: &[Log]) -> Vec<Self> {
+    pub fn all(experiments: &[PreparedLog], predictions: &[Prediction], logs: &[Log]) -> Vec<Self> {
         let mut groups: Vec<Gathered> = Vec::new();
         for (k, (experiment, prediction)) in experiments.iter().zip(predictions).enumerate() {
-            let mut channels: Vec<(&str, Vec<(Quantity, u8)>)> = Vec::new();
+            let mut channels: Vec<(&str, Vec<(ComparedQuantity, u8)>)> = Vec::new();
             for compared in &experiment.compared {
                 let (name, series) =
                     (compared.quantity.channel(), (compared.quantity, compared.component));
@@ -115,7 +117,7 @@ impl ResidualTable {
                 }
             }
             for (name, series) in channels {
-                let mut rows = Rows::new();
+                let mut rows = CommonRows::new();
                 for (compared, residual) in experiment.compared.iter().zip(&prediction.residual) {
                     if compared.quantity.channel() == name {
                         let place = series
@@ -146,13 +148,13 @@ impl ResidualTable {
         if total < FEWEST_ROWS {
             return None;
         }
-        let stride = total.div_ceil(MOST_ROWS);
+        let stride = total.div_ceil(KEPT_ROWS_MAX);
         let mut table = Self {
             kind,
             channel: series[0].0.channel(),
             series: series
                 .iter()
-                .map(|(quantity, column)| Series { quantity: *quantity, column: *column })
+                .map(|(quantity, column)| ComparedSeries { quantity: *quantity, column: *column })
                 .collect(),
             logs: of_logs.iter().map(|(k, _)| logs[*k].name.clone()).collect(),
             joints: logs[of_logs[0].0].robot.joint_names.clone(),
@@ -200,7 +202,7 @@ impl ResidualTable {
             let (mut last, mut sum, mut falling) = (0, 1.0, true);
             for lag in 1..longest {
                 let correlation = covariance(lag) / variance;
-                if correlation.abs() > REMEMBERED {
+                if correlation.abs() > AUTOCORRELATION_MIN {
                     last = lag;
                 }
                 falling &= correlation > 0.05;
@@ -279,20 +281,22 @@ impl ResidualTable {
     }
 
     /// Groups of series that may be worse than others.
-    pub fn series_groups(&self) -> Vec<Group> {
+    pub fn series_groups(&self) -> Vec<SeriesGroup> {
         let mut groups = Vec::new();
         let mut columns: Vec<u8> = self.series.iter().map(|s| s.column).collect();
         columns.sort_unstable();
         columns.dedup();
         if columns.len() > 1 {
-            let joints =
-                matches!(self.series[0].quantity, Quantity::LinkEncoder | Quantity::MotorTorque);
+            let joints = matches!(
+                self.series[0].quantity,
+                ComparedQuantity::LinkEncoder | ComparedQuantity::MotorTorque
+            );
             let category = |c: &u8| match joints {
                 true => Category::Joint(usize::from(*c)),
                 false => Category::Direction(*c),
             };
-            groups.push(Group {
-                variable: if joints { Variable::Joint } else { Variable::Direction },
+            groups.push(SeriesGroup {
+                variable: if joints { RowCondition::Joint } else { RowCondition::Direction },
                 categories: columns.iter().map(category).collect(),
                 of: self
                     .series
@@ -301,13 +305,13 @@ impl ResidualTable {
                     .collect(),
             });
         }
-        let order = |q: Quantity| {
-            if let Quantity::Ripple { order, .. } = q { usize::from(order) } else { 0 }
+        let order = |q: ComparedQuantity| {
+            if let ComparedQuantity::Ripple { order, .. } = q { usize::from(order) } else { 0 }
         };
         let most = self.series.iter().map(|s| order(s.quantity)).max().unwrap_or(0);
         if most > 0 {
-            groups.push(Group {
-                variable: Variable::SpindleOrder,
+            groups.push(SeriesGroup {
+                variable: RowCondition::SpindleOrder,
                 categories: (0..=most).map(|n| Category::SpindleOrder(n as u8)).collect(),
                 of: self.series.iter().map(|s| order(s.quantity)).collect(),
             });
@@ -322,43 +326,43 @@ impl ResidualTable {
         how: Statistic,
         series: usize,
         rows: impl Iterator<Item = usize>,
-    ) -> CurvePoint {
+    ) -> ConditionBin {
         let values: Vec<f64> = rows.map(|i| self.plain(i, series)).collect();
         let n = values.len().max(1) as f64;
         let independent = (n / self.correlated).max(1.0);
         let mean = values.iter().sum::<f64>() / n;
         let squares = values.iter().map(|v| v * v).sum::<f64>() / n;
         match how {
-            Statistic::Mean => CurvePoint {
+            Statistic::Mean => ConditionBin {
                 x,
                 y: mean,
                 error: ((squares - mean * mean).max(0.0) / independent).sqrt(),
             },
             Statistic::Size => {
-                CurvePoint { x, y: squares.sqrt(), error: (squares / (2.0 * independent)).sqrt() }
+                ConditionBin { x, y: squares.sqrt(), error: (squares / (2.0 * independent)).sqrt() }
             }
         }
     }
 
     /// Root mean square of several series over all rows, in their unit.
-    pub fn point_of_group(&self, x: f64, series: &[usize]) -> CurvePoint {
+    pub fn point_of_group(&self, x: f64, series: &[usize]) -> ConditionBin {
         let rows = self.squares.len();
         let n = (rows * series.len()).max(1) as f64;
         let all = series.iter().flat_map(|s| (0..rows).map(|i| self.plain(i, *s)));
         let squares = all.map(|v| v * v).sum::<f64>() / n;
         let independent = (n / self.correlated).max(1.0);
-        CurvePoint { x, y: squares.sqrt(), error: (squares / (2.0 * independent)).sqrt() }
+        ConditionBin { x, y: squares.sqrt(), error: (squares / (2.0 * independent)).sqrt() }
     }
 
     /// A finding about this table, with everything still to be said that belongs to its condition.
-    pub fn finding(&self, how: Statistic, judged: Judged) -> Finding {
+    pub fn finding(&self, how: Statistic, judged: JudgedShare) -> Finding {
         Finding {
             kind: self.kind,
             channel: self.channel,
             logs: self.logs.clone(),
             score: self.score(),
             joints: self.joints.clone(),
-            variable: Variable::Offset,
+            variable: RowCondition::Offset,
             how,
             share: judged.share,
             by_chance: judged.by_chance,
@@ -369,7 +373,12 @@ impl ResidualTable {
             share_there: 0.0,
             samples_there: 0.0,
             similar: Vec::new(),
-            curve: Curve { categories: Vec::new(), series: None, y_unit: "", points: Vec::new() },
+            curve: ConditionCurve {
+                categories: Vec::new(),
+                series: None,
+                y_unit: "",
+                points: Vec::new(),
+            },
             map: None,
         }
     }

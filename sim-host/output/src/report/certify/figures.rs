@@ -2,7 +2,7 @@
 //! the margins along the seam.
 
 use crate::color::{self, Dash, LIMIT};
-use crate::document::{Figure, Line, Plot, reference};
+use crate::document::{Picture, Plot, PlotLine, reference};
 use crate::words::certify::{drawn_label, run_name};
 use crate::words::requirement::{label, scale};
 use crate::{CertifiedWeld, MILLI};
@@ -15,24 +15,24 @@ use trueweld_plant::simulate::RecordRow;
 const RAREST: f64 = 1e-5;
 
 /// A line that nothing may be beyond.
-fn limit(name: &str, points: Vec<(f64, f64)>) -> Line {
-    Line { name: name.to_owned(), color: LIMIT, dash: Dash::Solid, points }
+fn limit(name: &str, points: Vec<(f64, f64)>) -> PlotLine {
+    PlotLine { name: name.to_owned(), color: LIMIT, dash: Dash::Solid, points }
 }
 
 /// The same, upright at a figure; `ends`: of the axis of figures. The page's script knows one y for an
 /// x, so that the line leans by less than its width.
-fn upright(at: f64, ends: [f64; 2], bottom: f64) -> Line {
+fn upright(at: f64, ends: [f64; 2], bottom: f64) -> PlotLine {
     limit("limit", vec![(at, bottom), (at + 1e-3 * (ends[1] - ends[0]), 1.0)])
 }
 
 /// How often a draw is beyond a figure, one picture a requirement. `asked`: the share of welds that
 /// may be beyond a limit, and the confidence.
-pub(super) fn draws(weld: &CertifiedWeld, asked: [f64; 2]) -> Vec<Figure> {
+pub(super) fn draws(weld: &CertifiedWeld, asked: [f64; 2]) -> Vec<Picture> {
     let required = weld.requirements.iter().filter(|r| r.case == EvidenceKind::Draws);
     required.filter_map(|requirement| exceedance(weld, requirement, asked)).collect()
 }
 
-fn exceedance(weld: &CertifiedWeld, of: &Requirement, asked: [f64; 2]) -> Option<Figure> {
+fn exceedance(weld: &CertifiedWeld, of: &Requirement, asked: [f64; 2]) -> Option<Picture> {
     let [allowed, confidence] = asked;
     let scale = scale(of.name);
     let factor = scale.factor;
@@ -58,7 +58,7 @@ fn exceedance(weld: &CertifiedWeld, of: &Requirement, asked: [f64; 2]) -> Option
         }
     }
     at_most.push((right, at_most.last()?.1));
-    let line = |name: String, color, dash, points| Line { name, color, dash, points };
+    let line = |name: String, color, dash, points| PlotLine { name, color, dash, points };
     let plot = Plot {
         x_label: scale.named(label(of.name)),
         y_label: "share of welds beyond".to_owned(),
@@ -73,11 +73,11 @@ fn exceedance(weld: &CertifiedWeld, of: &Requirement, asked: [f64; 2]) -> Option
         logarithmic: true,
         ..Plot::default()
     };
-    Some(Figure::new(label(of.name), plot))
+    Some(Picture::new(label(of.name), plot))
 }
 
 /// How probable it is that the figure closest to its limit is beyond a share of it.
-pub(super) fn rare(weld: &CertifiedWeld) -> Vec<Figure> {
+pub(super) fn rare(weld: &CertifiedWeld) -> Vec<Picture> {
     let Some(rare) = &weld.evidence.rare else {
         return Vec::new();
     };
@@ -85,7 +85,7 @@ pub(super) fn rare(weld: &CertifiedWeld) -> Vec<Figure> {
     let last = points.last().map_or(1.0, |p| p.1).min(rare.allowed);
     let right = points.iter().map(|p| p.0).filter(|x| x.is_finite()).fold(1.0, f64::max);
     let ends = [points.first().map_or(0.0, |p| p.0.min(0.9)), 1.05 * right];
-    let line = Line {
+    let line = PlotLine {
         name: "subset simulation".to_owned(),
         color: color::run(1),
         dash: Dash::Solid,
@@ -105,7 +105,7 @@ pub(super) fn rare(weld: &CertifiedWeld) -> Vec<Figure> {
         wide: true,
         ..Plot::default()
     };
-    vec![Figure::new("Probability of a weld beyond a share of any of its limits", plot)]
+    vec![Picture::new("Probability of a weld beyond a share of any of its limits", plot)]
 }
 
 /// A signal of a run over time, and a factor to the unit that it is shown in.
@@ -124,19 +124,19 @@ const SIGNALS: [Signal; 4] = [
 ];
 
 /// What the tool did in the nominal cell and in the worst ones, over the whole run.
-pub(super) fn worst_runs(weld: &CertifiedWeld) -> Vec<Figure> {
+pub(super) fn worst_runs(weld: &CertifiedWeld) -> Vec<Picture> {
     if weld.shown.is_empty() {
         return Vec::new();
     }
     let of_signal = |(title, y_label, key, value): &Signal| {
-        let lines = weld.shown.iter().enumerate().map(|(k, run)| Line {
+        let lines = weld.shown.iter().enumerate().map(|(k, run)| PlotLine {
             name: run_name(run.kind),
             color: color::run(k),
             dash: Dash::Solid,
             points: run.recording.rows.iter().map(|row| (row.time, value(row))).collect(),
         });
         let limited = weld.limit(EvidenceKind::Draws, key).map(|of| scale(key).factor * of);
-        Figure::new(
+        Picture::new(
             *title,
             Plot {
                 x_label: "time, s".to_owned(),
@@ -153,7 +153,7 @@ pub(super) fn worst_runs(weld: &CertifiedWeld) -> Vec<Figure> {
 
 /// Every margin along the nominal weld at work, the least over the slopes of friction, of the
 /// corrections and of the drives, with its limit.
-pub(super) fn margins(weld: &CertifiedWeld) -> Vec<Figure> {
+pub(super) fn margins(weld: &CertifiedWeld) -> Vec<Picture> {
     let same = |a: &Margins, b: &Margins| (a.of.at, a.of.draw) == (b.of.at, b.of.draw);
     let places = weld.evidence.margins.chunk_by(same);
     let map: Vec<&[Margins]> =
@@ -175,7 +175,7 @@ pub(super) fn margins(weld: &CertifiedWeld) -> Vec<Figure> {
             let least = |at: &[Margins]| at.iter().map(|at| (f.value)(at).0).reduce(f64::min);
             let points =
                 map.iter().map(|at| (place(at), factor * least(at).unwrap_or(f64::INFINITY)));
-            lines.push(Line {
+            lines.push(PlotLine {
                 name: ["corrections and force", "drives"][k].to_owned(),
                 color: color::run(k),
                 dash: Dash::Solid,
@@ -196,7 +196,7 @@ pub(super) fn margins(weld: &CertifiedWeld) -> Vec<Figure> {
             y_range: (top > 0.0).then_some([0.0, 1.08 * top]),
             ..Plot::default()
         };
-        Figure::new(label(of.figure.key), plot)
+        Picture::new(label(of.figure.key), plot)
     });
     figures.collect()
 }

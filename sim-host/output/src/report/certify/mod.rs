@@ -3,9 +3,9 @@
 mod figures;
 
 use super::Report;
-use crate::document::{Block, Cell, Document, Medium, Table, Tone, number, words};
+use crate::document::{Block, Document, Medium, Table, TableCell, Tone, number, words};
 use crate::json::{BoughtByMeasurement, CertifyResult, DrawnFigure, UncertainRecord};
-use crate::samples::{self, Samples};
+use crate::samples::{self, BlockTable};
 use crate::words::certify::{
     SIGNED_BY, accepted, distribution, headline, lead, measured, not_asked, not_explained, of_case,
     planned, reasons, reported, sensitivity, setting, simulated, trend, verdict, verdict_word,
@@ -29,7 +29,7 @@ impl Report for CertifyReport<'_> {
         CertifyResult::of(self)
     }
 
-    fn samples(&self) -> Option<Samples<'_>> {
+    fn samples(&self) -> Option<BlockTable<'_>> {
         Some(samples::of_trials(&self.welds))
     }
 
@@ -82,7 +82,7 @@ impl Report for CertifyReport<'_> {
             document.section(
                 Medium::All,
                 "What the measurement brought: drawn cells as assumed, and as measured",
-                Block::Table(bought(weld)),
+                Block::Table(value_of_measurement(weld)),
             );
             document.section(
                 Medium::Page,
@@ -222,15 +222,19 @@ fn replaced(cell: &UncertainCell) -> Table {
 }
 
 /// What the trials come to as assumed and as measured.
-fn bought(weld: &CertifiedWeld) -> Table {
+fn value_of_measurement(weld: &CertifiedWeld) -> Table {
     let of = |name: &str, figure: &DrawnFigure| {
         let [low, high] = figure.spread.map(|v| shown(name, v.unwrap_or(f64::INFINITY)));
         [number(share(figure.failure_probability)), number(format!("{low} to {high}"))]
     };
-    let row = |bought: BoughtByMeasurement| {
-        let [assumed, measured] =
-            [&bought.assumed, &bought.measured].map(|figure| of(&bought.name, figure));
-        [words(label(&bought.name))].into_iter().chain(assumed).chain(measured).collect()
+    let row = |value_of_measurement: BoughtByMeasurement| {
+        let [assumed, measured] = [&value_of_measurement.assumed, &value_of_measurement.measured]
+            .map(|figure| of(&value_of_measurement.name, figure));
+        [words(label(&value_of_measurement.name))]
+            .into_iter()
+            .chain(assumed)
+            .chain(measured)
+            .collect()
     };
     let head = ["assumed ≤", "90 % of draws", "measured ≤", "90 % of draws"].map(number);
     Table {
@@ -392,7 +396,7 @@ impl CertifiedWeld {
             number(limit.map_or(String::new(), |limit| shown(of.figure.key, limit)))
         });
         let limits = ["limit", "", "", "1"].map(words).into_iter().chain(limits).collect();
-        let row = |slopes: &[Margins]| -> Vec<Cell> {
+        let row = |slopes: &[Margins]| -> Vec<TableCell> {
             let of = slopes[0].of;
             let modulus = figures.iter().find(|of| of.figure.key.ends_with("modulus_margin"));
             let modulus = |at: &Margins| modulus.map_or(0.0, |of| (of.value)(at).0);
@@ -425,7 +429,7 @@ impl CertifiedWeld {
     fn faults_table(&self) -> Table {
         let limited = self.requirements.iter().filter(|r| r.case == EvidenceKind::Faults);
         let columns: Vec<(&str, f64)> = limited.map(|r| (r.name, r.limit)).collect();
-        let row = |first: [&str; 2], of: &dyn Fn(&(&str, f64)) -> Cell| -> Vec<Cell> {
+        let row = |first: [&str; 2], of: &dyn Fn(&(&str, f64)) -> TableCell| -> Vec<TableCell> {
             first.map(words).into_iter().chain(columns.iter().map(of)).collect()
         };
         let head = vec![

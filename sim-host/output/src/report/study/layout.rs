@@ -2,16 +2,17 @@
 
 use crate::color::{self, Dash};
 use crate::document::{
-    Block, Cell, Document, Figure, Line, Map, Marked, Medium, Plot, Table, number, reference, words,
+    Block, Document, Map, Marked, Medium, Picture, Plot, PlotLine, Table, TableCell, number,
+    reference, words,
 };
 use crate::json::StudyLayoutResult;
 use crate::path::{moving, travelled};
 use crate::report::Report;
-use crate::samples::{self, Samples};
+use crate::samples::{self, BlockTable};
 use crate::words::fixed;
 use crate::words::requirement::shown;
 use crate::words::study::layout::{
-    NUMBERS, allowed, coordinate, headline, notices, posture, setting, unit, value,
+    PLACEMENT_NUMBERS, allowed, coordinate, headline, notices, posture, setting, unit, value,
 };
 use crate::{MILLI, StudyLayoutReport};
 use trueweld_evaluate::WeldFigures;
@@ -27,8 +28,8 @@ const FRONT: usize = 8;
 const CLOUD: usize = 600;
 
 /// Figures of full runs: what they are called, and how they are written.
-type Shown = (&'static str, fn(&WeldFigures) -> String);
-const FULL: [Shown; 6] = [
+type RunFigure = (&'static str, fn(&WeldFigures) -> String);
+const FULL_RUN_FIGURES: [RunFigure; 6] = [
     ("lateral, largest", |f| format!("{} mm", fixed(f.lateral.max_abs * MILLI, 2))),
     ("lateral, RMS", |f| format!("{} mm", fixed(f.lateral.rms * MILLI, 3))),
     ("along the seam, largest", |f| format!("{} mm", fixed(f.longitudinal.max_abs * MILLI, 2))),
@@ -44,7 +45,7 @@ impl Report for StudyLayoutReport<'_> {
         StudyLayoutResult::of(self)
     }
 
-    fn samples(&self) -> Option<Samples<'_>> {
+    fn samples(&self) -> Option<BlockTable<'_>> {
         Some(samples::of_layout(self))
     }
 
@@ -72,25 +73,25 @@ impl StudyLayoutReport<'_> {
     /// The placements side by side: where, by statics, by full runs, margins.
     fn comparison(&self) -> Table {
         let both = self.both();
-        let mut rows: Vec<Vec<Cell>> = Vec::new();
-        let mut row = |name: &str, cells: Vec<Cell>, aside: String| {
+        let mut rows: Vec<Vec<TableCell>> = Vec::new();
+        let mut row = |name: &str, cells: Vec<TableCell>, aside: String| {
             let name = match aside.as_str() {
                 "" => name.to_owned(),
                 aside => format!("{name} ({aside})"),
             };
             rows.push(std::iter::once(words(name)).chain(cells).collect());
         };
-        let each = |of: &dyn Fn(&Confirmation) -> Cell| -> Vec<Cell> {
+        let each = |of: &dyn Fn(&Confirmation) -> TableCell| -> Vec<TableCell> {
             both.iter().map(|(_, confirmed)| of(confirmed)).collect()
         };
-        for k in 0..NUMBERS.len() {
+        for k in 0..PLACEMENT_NUMBERS.len() {
             let cell = |of: &Confirmation| number(coordinate(k, numbers(&of.placed.placement)[k]));
-            row(NUMBERS[k].0, each(&cell), String::new());
+            row(PLACEMENT_NUMBERS[k].0, each(&cell), String::new());
         }
         let postures = |of: &Confirmation| {
             let mut all: Vec<String> = of.placed.branches.iter().map(|b| posture(*b)).collect();
             all.dedup();
-            Cell { lines: all, ..number("") }
+            TableCell { lines: all, ..number("") }
         };
         row("posture", each(&postures), String::new());
         for (k, of) in WAY_FIGURES.iter().enumerate() {
@@ -117,7 +118,7 @@ impl StudyLayoutReport<'_> {
                 "none" => format!("{seam}no compensation"),
                 law => format!("{seam}{law}"),
             };
-            for (label, of) in FULL {
+            for (label, of) in FULL_RUN_FIGURES {
                 let cell = |confirmed: &Confirmation| match figures(confirmed.welds.get(k)) {
                     Some(figures) => number(of(figures)),
                     None => number("none").bad(true),
@@ -155,7 +156,7 @@ impl StudyLayoutReport<'_> {
             let share = number(format!("{} %", fixed(100.0 * share, 0))).bad(share > 1.0);
             place.chain(values).chain([share]).collect()
         };
-        let head = varied.iter().map(|k| number(NUMBERS[*k].0));
+        let head = varied.iter().map(|k| number(PLACEMENT_NUMBERS[*k].0));
         let figures = self.front_of.iter().map(|k| {
             let label = WAY_FIGURES[*k].figure.label.split(',').next().unwrap_or_default();
             number(unit(*k).named(label))
@@ -200,8 +201,8 @@ impl StudyLayoutReport<'_> {
                 .sum();
             self.grid.get(index)?.outcome.as_ref().ok()
         };
-        let label = |k: usize| format!("{}, {}", NUMBERS[k].0, NUMBERS[k].1);
-        let [fx, fy] = [across, up].map(|k| NUMBERS[k].2);
+        let label = |k: usize| format!("{}, {}", PLACEMENT_NUMBERS[k].0, PLACEMENT_NUMBERS[k].1);
+        let [fx, fy] = [across, up].map(|k| PLACEMENT_NUMBERS[k].2);
         let own = numbers(&self.task.part.placement());
         let map = |title: String, allowed: Option<(f64, bool)>, of: &dyn Fn(&PlacedPart) -> f64| {
             let row = |y: &f64| ranges[across].iter().map(|x| slice(*x, *y).map(of)).collect();
@@ -237,21 +238,21 @@ impl StudyLayoutReport<'_> {
         std::iter::once(share).chain((0..WAY_FIGURES.len()).map(of_figure)).collect()
     }
 
-    fn figures(&self) -> Vec<Figure> {
-        let mut figures = vec![Figure {
+    fn figures(&self) -> Vec<Picture> {
+        let mut figures = vec![Picture {
             text: "Every dot is a placement of the grid; the line joins those that none is better than in both; ringed: \
                    the chosen one."
                 .to_owned(),
-            ..Figure::new("What is traded for what", self.trade())
+            ..Picture::new("What is traded for what", self.trade())
         }];
         let lateral = |row: &trueweld_plant::simulate::RecordRow| row.deviation_w.linear.y * MILLI;
         let tilt = |row: &trueweld_plant::simulate::RecordRow| row.tilt.to_degrees();
-        figures.push(Figure::new(
+        figures.push(Picture::new(
             "Lateral deviation without compensation, full runs",
             self.runs("lateral deviation, mm", lateral),
         ));
         figures
-            .push(Figure::new("Tilt without compensation, full runs", self.runs("tilt, °", tilt)));
+            .push(Picture::new("Tilt without compensation, full runs", self.runs("tilt, °", tilt)));
         figures
     }
 
@@ -274,7 +275,7 @@ impl StudyLayoutReport<'_> {
         Plot {
             x_label: label(a),
             y_label: label(b),
-            lines: vec![Line {
+            lines: vec![PlotLine {
                 name: "best in both".to_owned(),
                 color: color::run(1),
                 dash: Dash::Solid,
@@ -302,9 +303,9 @@ impl StudyLayoutReport<'_> {
             let on_seam = rows.filter(|(row, _)| moving(row.phase));
             let points = on_seam.map(|(row, s)| (s * MILLI, of(row))).collect();
             let color = color::run(k + 2 - both.len());
-            Some(Line { name: (*name).to_owned(), color, dash: Dash::Solid, points })
+            Some(PlotLine { name: (*name).to_owned(), color, dash: Dash::Solid, points })
         });
-        let mut lines: Vec<Line> = lines.collect();
+        let mut lines: Vec<PlotLine> = lines.collect();
         let length = lines.iter().filter_map(|l| l.points.last()).map(|p| p.0).fold(0.0, f64::max);
         lines.push(reference("", vec![(0.0, 0.0), (length, 0.0)]));
         Plot {

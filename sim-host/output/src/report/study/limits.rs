@@ -3,12 +3,12 @@
 use crate::StudyLimitsReport;
 use crate::color::{self, Dash};
 use crate::document::{
-    Block, Document, Figure, Line, Map, Medium, Plot, Table, number, reference, words,
+    Block, Document, Map, Medium, Picture, Plot, PlotLine, Table, number, reference, words,
 };
 use crate::json::StudyLimitsResult;
 use crate::report::Report;
 use crate::words::fixed;
-use crate::words::study::layout::NUMBERS;
+use crate::words::study::layout::PLACEMENT_NUMBERS;
 use crate::words::study::limits::{because, headline, largest, name, notices, setting, unit};
 use crate::words::study::sensitivity::capital;
 use trueweld_evaluate::study::{Driven, FoundLimit, numbers};
@@ -57,26 +57,33 @@ impl StudyLimitsReport<'_> {
             let cells = at.iter().take(3).map(|v| number(fixed(*v, 2)));
             cells.chain(place.limits.iter().map(|found| number(largest(found)))).collect()
         });
-        let head = NUMBERS.iter().take(3).map(|(name, unit, _)| number(format!("{name}, {unit}")));
+        let head = PLACEMENT_NUMBERS
+            .iter()
+            .take(3)
+            .map(|(name, unit, _)| number(format!("{name}, {unit}")));
         let driven = self.places.first().map_or(&[][..], |place| &place.limits);
         let head = head.chain(driven.iter().map(|found| number(name(found.driven))));
         Table { head: vec![head.collect()], rows: rows.collect() }
     }
 
     /// The largest share of any limit over what is driven.
-    fn curves(&self) -> Vec<Figure> {
+    fn curves(&self) -> Vec<Picture> {
         let Some(place) = self.places.first() else { return Vec::new() };
         let curve = |found: &FoundLimit| {
             let unit = unit(found.driven);
             // A run without figures breaks the line.
-            let point = |probe: &trueweld_evaluate::study::Probe| {
+            let point = |probe: &trueweld_evaluate::study::LimitProbe| {
                 let share = if probe.share.is_finite() { probe.share } else { f64::NAN };
                 (probe.value * unit.factor, 100.0 * share)
             };
             let points: Vec<(f64, f64)> = found.probes.iter().map(point).collect();
             let ends = [points.first(), points.last()].map(|p| p.map_or(0.0, |p| p.0));
-            let mut lines =
-                vec![Line { name: String::new(), color: color::run(1), dash: Dash::Solid, points }];
+            let mut lines = vec![PlotLine {
+                name: String::new(),
+                color: color::run(1),
+                dash: Dash::Solid,
+                points,
+            }];
             lines.push(reference("allowed", ends.map(|x| (x, 100.0)).into()));
             let plot = Plot {
                 x_label: unit.named(name(found.driven)),
@@ -87,7 +94,7 @@ impl StudyLimitsReport<'_> {
                 ..Plot::default()
             };
             let title = format!("{}: {}", capital(name(found.driven)), largest(found));
-            Figure::new(title, plot)
+            Picture::new(title, plot)
         };
         place.limits.iter().map(curve).collect()
     }

@@ -1,14 +1,14 @@
 //! The published study's figures as curves, ours with the published numbers marked.
 
-use crate::color::{self, Dash, JOINTS as JOINT_COLORS};
+use crate::color::{self, Dash, JOINT_COLOURS as JOINT_COLORS};
 use crate::document::{
-    Block, Document, Figure, Line, Medium, Plot, Table, Tone, number, reference, words,
+    Block, Document, Medium, Picture, Plot, PlotLine, Table, Tone, number, reference, words,
 };
 use crate::json::StudyPaperResult;
 use crate::path::{moving, travelled};
 use crate::report::Report;
 use crate::words::study::paper::{
-    Kind, LATERAL, Statement, headline, held, runs, setting, statements, widest,
+    Kind, PUBLISHED_LATERAL_MAX, Statement, headline, held, runs, setting, statements, widest,
 };
 use crate::words::{PublishedStep, fixed};
 use crate::{MILLI, StudyPaperReport};
@@ -16,7 +16,7 @@ use trueweld_core::JOINTS;
 use trueweld_plant::simulate::{Phase, RecordRow, Recording};
 
 /// Time shown after the step, s: all published times and half again.
-const SHOWN: f64 = 1.5;
+const SHOWN_TIME: f64 = 1.5;
 
 impl Report for StudyPaperReport<'_> {
     type Json = StudyPaperResult;
@@ -82,25 +82,25 @@ impl StudyPaperReport<'_> {
         Table { head: vec![head.to_vec()], rows: rows.collect() }
     }
 
-    fn figures(&self) -> Vec<Figure> {
+    fn figures(&self) -> Vec<Picture> {
         let mut figures = vec![
-            Figure::new(
+            Picture::new(
                 "Step of the push by 11 kN; dotted: the published peak, drawn to the published 5 % time",
                 self.step(),
             ),
-            Figure::new("Lateral deviation along both published welds", self.lateral()),
-            Figure::new("Push along both published welds", self.push()),
-            Figure::new(
+            Picture::new("Lateral deviation along both published welds", self.lateral()),
+            Picture::new("Push along both published welds", self.push()),
+            Picture::new(
                 "Torsion of the drives, first weld: the wrist's is of the same order",
                 self.torsion(),
             ),
-            Figure::new("Width of the push over the angle of axes 4 and 6", self.envelope()),
+            Picture::new("Width of the push over the angle of axes 4 and 6", self.envelope()),
         ];
         if let Some((x, _)) = widest(self, Kind::Inclined) {
             let title = format!("Push along the weld at 45°, x = {} m", fixed(x, 2));
-            figures.push(Figure::new(title, self.along(1, "push, kN", 1.0 / MILLI)));
+            figures.push(Picture::new(title, self.along(1, "push, kN", 1.0 / MILLI)));
             let title = "Angle between axes 4 and 6 along the same weld";
-            figures.push(Figure::new(title, self.along(2, "angle A4–A6, °", 1f64.to_degrees())));
+            figures.push(Picture::new(title, self.along(2, "angle A4–A6, °", 1f64.to_degrees())));
         }
         figures
     }
@@ -111,17 +111,17 @@ impl StudyPaperReport<'_> {
         let mut goal = 0.0;
         for (k, run) in self.steps.iter().enumerate() {
             let rows = &run.recording.rows;
-            let shown = rows.iter().filter(|r| (-0.2..=SHOWN).contains(&(r.time - self.at)));
+            let shown = rows.iter().filter(|r| (-0.2..=SHOWN_TIME).contains(&(r.time - self.at)));
             let points = shown.map(|r| (r.time - self.at, -r.force_w.z / MILLI)).collect();
             let (name, color) = (run.figures.controller.to_owned(), color::run(k));
-            lines.push(Line { name, color, dash: Dash::Solid, points });
+            lines.push(PlotLine { name, color, dash: Dash::Solid, points });
             let Some(theirs) = PublishedStep::of(run.figures.controller) else { continue };
             goal = rows.last().and_then(|r| r.force_desired).unwrap_or(0.0) / MILLI;
             let peak = goal + theirs.overshoot * self.height / MILLI;
             // At the height of the peak, to the published time.
             let points = vec![(0.0, peak), (theirs.settle, peak)];
             let name = format!("published, scheme {}", theirs.scheme);
-            lines.push(Line { name, color, dash: Dash::Dotted, points });
+            lines.push(PlotLine { name, color, dash: Dash::Dotted, points });
         }
         let near = 0.05 * self.height / MILLI;
         Plot {
@@ -136,11 +136,11 @@ impl StudyPaperReport<'_> {
     }
 
     /// A signal of every published weld over the position on its seam.
-    fn over_path(&self, of: impl Fn(&RecordRow) -> f64) -> Vec<Line> {
+    fn over_path(&self, of: impl Fn(&RecordRow) -> f64) -> Vec<PlotLine> {
         let line = |(k, run): (usize, &crate::WeldRun<'_>)| {
             let name = Kind::ALL.get(k).map_or("", |kind| kind.label()).to_owned();
             let points = path_points(run.recording, &of);
-            Line { name, color: color::run(k), dash: Dash::Solid, points }
+            PlotLine { name, color: color::run(k), dash: Dash::Solid, points }
         };
         self.welds.iter().enumerate().map(line).collect()
     }
@@ -150,7 +150,7 @@ impl StudyPaperReport<'_> {
         let ends = lines.first().and_then(|l| Some([l.points.first()?.0, l.points.last()?.0]));
         if let (Some(ends), Some(first)) = (ends, self.welds.first()) {
             // On the side that the first weld's deviation is on.
-            let limit = LATERAL.copysign(first.figures.lateral.mean) * MILLI;
+            let limit = PUBLISHED_LATERAL_MAX.copysign(first.figures.lateral.mean) * MILLI;
             lines.push(reference("published: up to 5 mm", ends.map(|x| (x, limit)).into()));
         }
         over_seam("lateral deviation, mm", lines)
@@ -176,7 +176,7 @@ impl StudyPaperReport<'_> {
                 .map(|run| path_points(run.recording, |row| row.torsion()[joint] * MILLI));
             let name = format!("A{}", joint + 1);
             let points = points.unwrap_or_default();
-            Line { name, color: JOINT_COLORS[joint], dash: Dash::Solid, points }
+            PlotLine { name, color: JOINT_COLORS[joint], dash: Dash::Solid, points }
         };
         over_seam("torsion, mrad", (0..JOINTS).map(of_joint).collect())
     }
@@ -188,7 +188,12 @@ impl StudyPaperReport<'_> {
             };
             let mut points: Vec<(f64, f64)> = runs(self, *kind).map(of).collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            Line { name: kind.label().to_owned(), color: color::run(k), dash: Dash::Solid, points }
+            PlotLine {
+                name: kind.label().to_owned(),
+                color: color::run(k),
+                dash: Dash::Solid,
+                points,
+            }
         };
         Plot {
             x_label: "least angle between axes 4 and 6, °".to_owned(),
@@ -207,7 +212,7 @@ impl StudyPaperReport<'_> {
         });
         let points = points.unwrap_or_default();
         let name = Kind::Inclined.label().to_owned();
-        over_seam(y_label, vec![Line { name, color: color::run(1), dash: Dash::Solid, points }])
+        over_seam(y_label, vec![PlotLine { name, color: color::run(1), dash: Dash::Solid, points }])
     }
 }
 
@@ -218,7 +223,7 @@ fn path_points(recording: &Recording, of: impl Fn(&RecordRow) -> f64) -> Vec<(f6
     on_seam.map(|(row, s)| (s * MILLI, of(row))).collect()
 }
 
-fn over_seam(y_label: &str, lines: Vec<Line>) -> Plot {
+fn over_seam(y_label: &str, lines: Vec<PlotLine>) -> Plot {
     Plot {
         x_label: "position on the seam, mm".to_owned(),
         y_label: y_label.to_owned(),

@@ -2,10 +2,10 @@
 
 use crate::StudySensitivityReport;
 use crate::color::{self, Rgb};
-use crate::document::{Bar, Block, Cell, Document, Medium, Table, number, words};
+use crate::document::{Bar, Block, Document, Medium, Table, TableCell, number, words};
 use crate::json::StudySensitivityResult;
 use crate::report::Report;
-use crate::samples::{self, Samples};
+use crate::samples::{self, BlockTable};
 use crate::words::fixed;
 use crate::words::study::sensitivity::{
     capital, derivative, headline, input, notices, setting, unit,
@@ -13,7 +13,7 @@ use crate::words::study::sensitivity::{
 use trueweld_evaluate::study::{Derivative, SobolIndex, WithInterval};
 
 /// Inputs in a table: what makes less is rarely told from nothing.
-const SHOWN: usize = 8;
+const SHOWN_INPUTS: usize = 8;
 
 /// Share of a figure's variance from which an input stands in the overview.
 const MATTERS: f64 = 0.03;
@@ -25,7 +25,7 @@ impl Report for StudySensitivityReport<'_> {
         StudySensitivityResult::of(self)
     }
 
-    fn samples(&self) -> Option<Samples<'_>> {
+    fn samples(&self) -> Option<BlockTable<'_>> {
         Some(samples::of_study(self))
     }
 
@@ -109,10 +109,10 @@ impl<'a> StudySensitivityReport<'a> {
             let found = derivatives.iter().find(|(other, _)| *other == name);
             found.map_or("–".to_owned(), |(_, d)| derivative(key, *d))
         };
-        let rows: Vec<Vec<Cell>> = match ranked.is_empty() {
+        let rows: Vec<Vec<TableCell>> = match ranked.is_empty() {
             true => derivatives
                 .iter()
-                .take(SHOWN)
+                .take(SHOWN_INPUTS)
                 .map(|(name, d)| {
                     let mut row = vec![words(input(name))];
                     row.extend(vec![number("–"); 4]);
@@ -122,7 +122,7 @@ impl<'a> StudySensitivityReport<'a> {
                 .collect(),
             false => ranked
                 .iter()
-                .take(SHOWN)
+                .take(SHOWN_INPUTS)
                 .map(|(name, index)| {
                     vec![
                         words(input(name)),

@@ -26,7 +26,7 @@ pub(crate) fn allowed(of: &Allowance) -> String {
 }
 
 /// Names of a placement's six numbers with their units and factors.
-pub(crate) const NUMBERS: [(&str, &str, f64); 6] = [
+pub(crate) const PLACEMENT_NUMBERS: [(&str, &str, f64); 6] = [
     ("x", "m", 1.0),
     ("y", "m", 1.0),
     ("z", "m", 1.0),
@@ -37,7 +37,7 @@ pub(crate) const NUMBERS: [(&str, &str, f64); 6] = [
 
 /// A number of a placement, with its unit.
 pub(crate) fn coordinate(k: usize, value: f64) -> String {
-    let (_, unit, factor) = NUMBERS[k];
+    let (_, unit, factor) = PLACEMENT_NUMBERS[k];
     let space = if unit == "°" { "" } else { " " };
     let decimals = if unit == "°" { 1 } else { 3 };
     format!("{}{space}{unit}", fixed(value * factor, decimals))
@@ -48,7 +48,7 @@ fn moved(to: &Placement, from: &Placement) -> String {
     let (to, from) = (numbers(to), numbers(from));
     let differs = (0..6).filter(|k| (to[*k] - from[*k]).abs() > 5e-4);
     let parts: Vec<String> =
-        differs.map(|k| format!("{} {}", NUMBERS[k].0, coordinate(k, to[k]))).collect();
+        differs.map(|k| format!("{} {}", PLACEMENT_NUMBERS[k].0, coordinate(k, to[k]))).collect();
     if parts.is_empty() { "as its file has it".to_owned() } else { listed(&parts, "and") }
 }
 
@@ -171,7 +171,7 @@ pub(crate) fn notices(report: &StudyLayoutReport<'_>) -> Vec<String> {
     let ends: Vec<String> = (0..6)
         .filter(|k| range[*k].high > range[*k].low)
         .filter(|k| at[*k] - range[*k].low < 1e-9 || range[*k].high - at[*k] < 1e-9)
-        .map(|k| format!("{} {}", NUMBERS[k].0, coordinate(k, at[k])))
+        .map(|k| format!("{} {}", PLACEMENT_NUMBERS[k].0, coordinate(k, at[k])))
         .collect();
     if !ends.is_empty() {
         told.push(format!(

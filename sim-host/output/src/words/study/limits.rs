@@ -3,7 +3,7 @@
 use crate::StudyLimitsReport;
 use crate::words::study::sensitivity::capital;
 use crate::words::{Scale, fixed, listed};
-use trueweld_evaluate::study::{Driven, FoundLimit, Probe};
+use trueweld_evaluate::study::{Driven, FoundLimit, LimitProbe};
 use trueweld_plant::simulate::LimitKind;
 
 /// Its name for people.
@@ -39,7 +39,7 @@ pub(crate) fn because(found: &FoundLimit) -> String {
     found.beyond.as_ref().map_or("nothing in this range".to_owned(), of_probe)
 }
 
-fn of_probe(probe: &Probe) -> String {
+fn of_probe(probe: &LimitProbe) -> String {
     let drives: Vec<String> = probe
         .held
         .iter()

@@ -7,14 +7,14 @@ use trueweld_evaluate::study::{EnvelopePoint, EnvelopeRun};
 use trueweld_plant::simulate::{Phase, Recording};
 
 /// Largest lateral deviation of the first sequence as published, m.
-pub(crate) const LATERAL: f64 = 5e-3;
+pub(crate) const PUBLISHED_LATERAL_MAX: f64 = 5e-3;
 
 /// How far a figure may be from a published one to agree: as far as the figures of a printed curve
 /// are read, and no gain is published.
 const AGREES: f64 = 0.1;
 
 /// Angle between the axes of A4 and A6 beyond which they are well apart, rad.
-const APART: f64 = 10.0 * std::f64::consts::PI / 180.0;
+const WRIST_AXES_ANGLE_MIN: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
 /// What is published of the push at 45°.
 const WIDER: &str = "envelope is wider";
@@ -188,7 +188,7 @@ pub(crate) fn statements(report: &StudyPaperReport<'_>) -> Vec<Statement> {
             "first weld: lateral, largest",
             "up to 5 mm",
             format!("{} mm", fixed(lateral * MILLI, 2)),
-            Some(near(lateral, LATERAL)),
+            Some(near(lateral, PUBLISHED_LATERAL_MAX)),
         ));
         let proximal: f64 = first.figures.joint_share.iter().take(3).sum();
         all.push(of(
@@ -219,7 +219,7 @@ pub(crate) fn statements(report: &StudyPaperReport<'_>) -> Vec<Statement> {
     let away = Kind::ALL
         .into_iter()
         .flat_map(|kind| runs(report, kind))
-        .filter(|(_, run)| run.collinearity > APART)
+        .filter(|(_, run)| run.collinearity > WRIST_AXES_ANGLE_MIN)
         .map(|(_, run)| of_push(run))
         .fold(0.0, f64::max);
     if let Some((x, run)) = widest(report, Kind::Inclined) {
@@ -232,7 +232,7 @@ pub(crate) fn statements(report: &StudyPaperReport<'_>) -> Vec<Statement> {
                 of_push(run),
                 fixed(x, 2),
                 fixed(run.collinearity.to_degrees(), 1),
-                APART.to_degrees(),
+                WRIST_AXES_ANGLE_MIN.to_degrees(),
             ),
             None,
         ));

@@ -6,7 +6,7 @@ use crate::words::{Scale, counted, fixed, listed};
 use trueweld_evaluate::study::{Derivative, study_figure};
 
 /// Share of the variance from which an input is worth naming.
-const NAMED: f64 = 0.1;
+const NAMED_VARIANCE_SHARE: f64 = 0.1;
 
 /// An input's name for people: `stiffness.A3` as `stiffness of A3`.
 pub(crate) fn input(name: &str) -> String {
@@ -37,7 +37,8 @@ pub(crate) fn headline(report: &StudySensitivityReport<'_>) -> String {
             .to_owned();
     };
     let ranked = report.ranked(figure.figure.key);
-    let named = ranked.iter().filter(|(_, index)| index.total.value >= NAMED).take(3);
+    let named =
+        ranked.iter().filter(|(_, index)| index.total.value >= NAMED_VARIANCE_SHARE).take(3);
     let named: Vec<String> = named
         .map(|(name, index)| {
             let interval = [index.total.low, index.total.value, index.total.high];

@@ -19,15 +19,15 @@ mod write;
 
 use super::posterior::Posterior;
 use super::quantity::warn;
-use super::table::Table;
+use super::table::TomlTable;
 use super::{
-    Bounds, Document, FileKind, InputError, InputFile, Process, RobotFile, hash_of_file, nearest,
-    read_text,
+    Bounds, FileKind, InputError, InputFile, Process, RobotFile, TomlDocument, hash_of_file,
+    nearest, read_text,
 };
 use crate::effects::formula::{
     CustomParameter, CustomRole, Definition, MOST_PARAMETERS, NamedPort, PORTS,
 };
-use crate::effects::table::{DefinedTable, MOST_PLACES, Places};
+use crate::effects::table::{DefinedTable, Places, TABLE_PLACES_MAX};
 use crate::effects::{self, Effect, EffectError, EffectKind, Role, library};
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
@@ -132,7 +132,7 @@ impl ModelFile {
     /// # Errors
     /// As [`ModelFile::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
-        let document = Document::parse(text, &path.display().to_string())?;
+        let document = TomlDocument::parse(text, &path.display().to_string())?;
         let root = document.root_of(FileKind::Model.schema())?;
         root.only(&["schema", "robot", "process", "effect", "posterior"])?;
         let robot_path = named_file(&root, "robot", path)?;
@@ -208,7 +208,7 @@ impl ModelFile {
 }
 
 /// The file that a key names, from the folder of the model file.
-fn named_file(root: &Table<'_>, key: &str, model: &Path) -> Result<PathBuf, InputError> {
+fn named_file(root: &TomlTable<'_>, key: &str, model: &Path) -> Result<PathBuf, InputError> {
     let path = model.parent().unwrap_or(Path::new("")).join(root.name(key)?);
     if path.is_file() {
         return Ok(path);
@@ -225,12 +225,12 @@ impl ModelEffect {
     ///
     /// # Errors
     /// What does not fit, with its place.
-    pub fn read(table: &Table<'_>, robot: &RobotFile) -> Result<Self, InputError> {
+    pub fn read(table: &TomlTable<'_>, robot: &RobotFile) -> Result<Self, InputError> {
         effect(table, robot)
     }
 }
 
-fn effect(table: &Table<'_>, robot: &RobotFile) -> Result<ModelEffect, InputError> {
+fn effect(table: &TomlTable<'_>, robot: &RobotFile) -> Result<ModelEffect, InputError> {
     let id = table.name("id")?;
     let table = &table.clone().called(&id);
     let scope = scope(table)?;
@@ -282,7 +282,7 @@ fn effect(table: &Table<'_>, robot: &RobotFile) -> Result<ModelEffect, InputErro
 
 /// What measurements leave open of these effects and of others of the library.
 fn posterior(
-    table: &Table<'_>,
+    table: &TomlTable<'_>,
     effects: &[ModelEffect],
     robot: &RobotFile,
 ) -> Result<Posterior, InputError> {
@@ -299,7 +299,7 @@ fn posterior(
     )
 }
 
-fn scope(table: &Table<'_>) -> Result<Scope, InputError> {
+fn scope(table: &TomlTable<'_>) -> Result<Scope, InputError> {
     if !table.has("scope") {
         return Ok(Scope::Campaign);
     }
@@ -315,7 +315,7 @@ fn scope(table: &Table<'_>) -> Result<Scope, InputError> {
 }
 
 fn library_values(
-    table: &Table<'_>,
+    table: &TomlTable<'_>,
     kind: &effects::EffectKind,
     scope: Scope,
     range: impl Fn(usize) -> [f64; 2],
@@ -330,7 +330,7 @@ fn library_values(
 
 /// A parameter's value; where each log has its own, it may be left to where a fit starts.
 fn value_or_start(
-    table: &Table<'_>,
+    table: &TomlTable<'_>,
     key: &str,
     scope: Scope,
     start: f64,
@@ -341,7 +341,7 @@ fn value_or_start(
 
 /// An effect of the user's own.
 fn own(
-    table: &Table<'_>,
+    table: &TomlTable<'_>,
     id: String,
     scope: Scope,
 ) -> Result<(&'static effects::EffectKind, Vec<f64>), InputError> {
@@ -398,7 +398,7 @@ fn own(
     Ok((kind, values))
 }
 
-fn port(table: &Table<'_>) -> Result<&'static NamedPort, InputError> {
+fn port(table: &TomlTable<'_>) -> Result<&'static NamedPort, InputError> {
     let name = table.text("port")?.text;
     let Some(port) = PORTS.iter().find(|p| p.name == name) else {
         let guess =
@@ -423,16 +423,16 @@ fn port(table: &Table<'_>) -> Result<&'static NamedPort, InputError> {
 }
 
 /// Range of a value of a table that states none, in the steps at which slopes are taken.
-const PLAUSIBLE: f64 = 1e3;
+const TABLE_VALUE_RANGE: f64 = 1e3;
 
 /// A table of an effect of the user's own: places, values there, and these as parameters.
 fn own_table(
-    table: &Table<'_>,
+    table: &TomlTable<'_>,
     port: &NamedPort,
 ) -> Result<(DefinedTable, Vec<f64>, Vec<CustomParameter>), InputError> {
     table.only(&["x", "across", "y", "bend", "step", "low", "high"])?;
     let rising = |key: &str| {
-        let places = table.list(key, MOST_PLACES, Bounds::Any)?;
+        let places = table.list(key, TABLE_PLACES_MAX, Bounds::Any)?;
         if places.len() < 2 || !places.is_sorted_by(|a, b| a < b) {
             let help = "The places between which the table's values are joined by straight lines.";
             return Err(table.wrong(key, "two numbers or more, each above the one before", help));
@@ -443,8 +443,8 @@ fn own_table(
     let across = if table.has("across") { rising("across")? } else { Vec::new() };
     let places = Places { x, across };
     let count = places.count();
-    if count > MOST_PLACES {
-        let expected = format!("places that make at most {MOST_PLACES} values with `x`");
+    if count > TABLE_PLACES_MAX {
+        let expected = format!("places that make at most {TABLE_PLACES_MAX} values with `x`");
         let help =
             "A table over two variables has a value for each place of one at each of the other.";
         return Err(table.wrong("across", &expected, help));
@@ -452,7 +452,7 @@ fn own_table(
     let optional =
         |key: &str, bounds| table.has(key).then(|| table.number(key, bounds)).transpose();
     let step = optional("step", Bounds::Positive)?.unwrap_or_else(|| port.small());
-    let y = table.list("y", MOST_PLACES, Bounds::Any)?;
+    let y = table.list("y", TABLE_PLACES_MAX, Bounds::Any)?;
     if y.len() != count {
         let (expected, help) = match places.across.is_empty() {
             true => ("as many as in `x`", "One value for each place in `x`."),
@@ -463,14 +463,14 @@ fn own_table(
         };
         return Err(table.wrong("y", &format!("{count} numbers, {expected}"), help));
     }
-    let far = y.iter().fold(PLAUSIBLE * step, |far, y| far.max(10.0 * y.abs()));
+    let far = y.iter().fold(TABLE_VALUE_RANGE * step, |far, y| far.max(10.0 * y.abs()));
     let low = optional("low", Bounds::Any)?.unwrap_or(-far);
     let high = optional("high", Bounds::Any)?.unwrap_or(far);
     if low >= high {
         return Err(table.wrong("high", "a number above `low`", "They bound what is plausible."));
     }
     // Each of them within what is plausible.
-    table.list("y", MOST_PLACES, Bounds::Between(low, high))?;
+    table.list("y", TABLE_PLACES_MAX, Bounds::Between(low, high))?;
     let bend = optional("bend", Bounds::Positive)?.unwrap_or(f64::INFINITY);
     let defined = DefinedTable { places, bend };
     let parameters = CustomParameter::of_table(&defined, port.unit, step, [low, high]);
@@ -478,7 +478,7 @@ fn own_table(
 }
 
 fn own_parameter(
-    table: &Table<'_>,
+    table: &TomlTable<'_>,
     name: &str,
     port: &NamedPort,
     scope: Scope,

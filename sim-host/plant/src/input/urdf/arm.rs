@@ -1,6 +1,6 @@
 //! The serial arm in a URDF: the chain of six axes, and what is fixed to one another merged.
 
-use super::scan::{Placed, Urdf};
+use super::scan::{LocatedElement, Urdf};
 use crate::input::{InputError, Source, nearest};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use std::collections::HashMap;
@@ -8,14 +8,14 @@ use trueweld_core::JOINTS;
 use urdf_rs::JointType;
 
 /// A rigid body, the URDF at zero, in axes of B.
-pub(super) struct Body {
+pub(super) struct UrdfBody {
     pub(super) mass: f64,
     pub(super) center_of_mass: Vector3<f64>,
     /// About the centre of mass.
     pub(super) inertia: Matrix3<f64>,
 }
 
-impl Body {
+impl UrdfBody {
     /// Several bodies fixed to one another, by the parallel-axis theorem. Without mass, centred at
     /// `origin`.
     fn merged(bodies: &[Self], origin: Vector3<f64>) -> Self {
@@ -31,7 +31,7 @@ impl Body {
 }
 
 /// A link of the URDF that is fixed to a moving one.
-pub(super) struct Frame {
+pub(super) struct FixedLink {
     pub(super) name: String,
     pub(super) b_from_frame: Isometry3<f64>,
     /// Nothing hangs on it and it has no inertia.
@@ -39,7 +39,7 @@ pub(super) struct Frame {
 }
 
 /// A joint and the link behind it, the URDF at zero, in axes of B.
-pub(super) struct Stage {
+pub(super) struct UrdfJoint {
     pub(super) name: String,
     pub(super) origin: Vector3<f64>,
     pub(super) axis: Vector3<f64>,
@@ -48,13 +48,13 @@ pub(super) struct Stage {
     pub(super) max_rate: Option<f64>,
     pub(super) max_torque: Option<f64>,
     /// None where no link behind the joint has an `<inertial>`.
-    pub(super) body: Option<Body>,
-    pub(super) frames: Vec<Frame>,
+    pub(super) body: Option<UrdfBody>,
+    pub(super) frames: Vec<FixedLink>,
 }
 
 /// The serial arm.
 pub(super) struct Arm {
-    pub(super) stages: Vec<Stage>,
+    pub(super) stages: Vec<UrdfJoint>,
     /// What became of joints that mimic others, a sentence each.
     pub(super) mimics: Vec<String>,
 }
@@ -132,9 +132,9 @@ struct Tree<'u> {
 }
 
 /// Links fixed to one another, with their poses, and the one moving joint behind them.
-struct Group<'u> {
+struct LinkGroup<'u> {
     links: Vec<(usize, Isometry3<f64>)>,
-    joint: Option<(&'u Placed<urdf_rs::Joint>, Isometry3<f64>)>,
+    joint: Option<(&'u LocatedElement<urdf_rs::Joint>, Isometry3<f64>)>,
     mimics: Vec<String>,
 }
 
@@ -203,7 +203,11 @@ impl<'u> Tree<'u> {
         Ok(tree)
     }
 
-    fn link(&self, name: &str, joint: &Placed<urdf_rs::Joint>) -> Result<usize, InputError> {
+    fn link(
+        &self,
+        name: &str,
+        joint: &LocatedElement<urdf_rs::Joint>,
+    ) -> Result<usize, InputError> {
         self.links.get(name).copied().ok_or_else(|| {
             let message = format!(
                 "joint `{}` names a link `{name}`; expected one of the file's",
@@ -218,8 +222,13 @@ impl<'u> Tree<'u> {
     }
 
     /// Everything fixed to a link, and the one revolute joint behind it.
-    fn explore(&self, link: usize, b_from_link: Isometry3<f64>) -> Result<Group<'u>, InputError> {
-        let mut group = Group { links: vec![(link, b_from_link)], joint: None, mimics: Vec::new() };
+    fn explore(
+        &self,
+        link: usize,
+        b_from_link: Isometry3<f64>,
+    ) -> Result<LinkGroup<'u>, InputError> {
+        let mut group =
+            LinkGroup { links: vec![(link, b_from_link)], joint: None, mimics: Vec::new() };
         let mut at = 0;
         while let Some((link, b_from_link)) = group.links.get(at).copied() {
             for joint in self.joints_of[link].iter().map(|j| &self.urdf.joints[*j]) {
@@ -277,7 +286,7 @@ impl<'u> Tree<'u> {
     }
 
     /// True where a joint that moves on its own hangs on this one.
-    fn carries_axis(&self, joint: &Placed<urdf_rs::Joint>) -> bool {
+    fn carries_axis(&self, joint: &LocatedElement<urdf_rs::Joint>) -> bool {
         let mut behind = vec![joint];
         while let Some(joint) = behind.pop() {
             let link = self.links.get(joint.element.child.link.as_str());
@@ -297,7 +306,7 @@ impl<'u> Tree<'u> {
     /// zero, and what to say of it.
     fn held(
         &self,
-        joint: &Placed<urdf_rs::Joint>,
+        joint: &LocatedElement<urdf_rs::Joint>,
         b_from_link: Isometry3<f64>,
     ) -> Result<(Isometry3<f64>, String), InputError> {
         let e = &joint.element;
@@ -320,10 +329,10 @@ impl<'u> Tree<'u> {
 
     fn stage(
         &self,
-        joint: &Placed<urdf_rs::Joint>,
+        joint: &LocatedElement<urdf_rs::Joint>,
         b_from_joint: Isometry3<f64>,
-        group: &Group<'_>,
-    ) -> Result<Stage, InputError> {
+        group: &LinkGroup<'_>,
+    ) -> Result<UrdfJoint, InputError> {
         let e = &joint.element;
         let Some(axis) = Vector3::from(e.axis.xyz.0).try_normalize(1e-9) else {
             let message = format!("the axis of joint `{}` is 0 0 0; expected a direction", e.name);
@@ -338,7 +347,7 @@ impl<'u> Tree<'u> {
         let mut frames = Vec::new();
         for (i, b_from_link) in &group.links {
             let link = &self.urdf.links[*i];
-            frames.push(Frame {
+            frames.push(FixedLink {
                 name: link.element.name.clone(),
                 b_from_frame: *b_from_link,
                 is_bare_leaf: !link.stated && self.joints_of[*i].is_empty(),
@@ -352,23 +361,23 @@ impl<'u> Tree<'u> {
             .filter(|[low, high]| low.is_finite() && high.is_finite() && low != high);
         let rating = |x: f64| Some(x).filter(|x| joint.stated && x.is_finite() && *x > 0.0);
         let origin = b_from_joint.translation.vector;
-        Ok(Stage {
+        Ok(UrdfJoint {
             name: e.name.clone(),
             origin,
             axis: b_from_joint.rotation * axis,
             limits,
             max_rate: rating(e.limit.velocity),
             max_torque: rating(e.limit.effort),
-            body: (!bodies.is_empty()).then(|| Body::merged(&bodies, origin)),
+            body: (!bodies.is_empty()).then(|| UrdfBody::merged(&bodies, origin)),
             frames,
         })
     }
 
     fn body(
         &self,
-        link: &Placed<urdf_rs::Link>,
+        link: &LocatedElement<urdf_rs::Link>,
         b_from_link: &Isometry3<f64>,
-    ) -> Result<Body, InputError> {
+    ) -> Result<UrdfBody, InputError> {
         let inertial = &link.element.inertial;
         let mass = inertial.mass.value;
         if mass < 0.0 {
@@ -388,6 +397,6 @@ impl<'u> Tree<'u> {
         let own = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
         let turn = b_from_com.rotation.to_rotation_matrix();
         let inertia = turn * own * turn.inverse();
-        Ok(Body { mass, center_of_mass: b_from_com.translation.vector, inertia })
+        Ok(UrdfBody { mass, center_of_mass: b_from_com.translation.vector, inertia })
     }
 }

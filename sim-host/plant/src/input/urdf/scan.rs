@@ -14,7 +14,7 @@ const KEPT: &[(&str, &[&str])] = &[
 ];
 
 /// Attributes that hold numbers: element, attribute, how many.
-const NUMBERS: &[(&str, &str, usize)] = &[
+const NUMBER_ATTRIBUTES: &[(&str, &str, usize)] = &[
     ("origin", "xyz", 3),
     ("origin", "rpy", 3),
     ("axis", "xyz", 3),
@@ -28,17 +28,17 @@ const NUMBERS: &[(&str, &str, usize)] = &[
 ];
 
 /// Beyond this a coordinate, mass or inertia is a mistake, and products would overflow.
-const LARGEST: f64 = 1e9;
+const URDF_NUMBER_MAX: f64 = 1e9;
 
 /// A URDF's links and joints with their places.
 pub(super) struct Urdf {
     pub(super) name: String,
-    pub(super) links: Vec<Placed<urdf_rs::Link>>,
-    pub(super) joints: Vec<Placed<urdf_rs::Joint>>,
+    pub(super) links: Vec<LocatedElement<urdf_rs::Link>>,
+    pub(super) joints: Vec<LocatedElement<urdf_rs::Joint>>,
 }
 
 /// An element and its start tag's place.
-pub(super) struct Placed<E> {
+pub(super) struct LocatedElement<E> {
     pub(super) element: E,
     pub(super) span: Range<usize>,
     /// A link's `<inertial>` or a joint's `<limit>` is there; urdf-rs puts zeros where it is not.
@@ -46,7 +46,7 @@ pub(super) struct Placed<E> {
 }
 
 /// The part of a `<link>` or `<joint>` that is kept, as XML again.
-struct Kept {
+struct KeptElement {
     xml: String,
     is_link: bool,
     span: Range<usize>,
@@ -77,11 +77,11 @@ impl Urdf {
             let place = |stated| (k.span.clone(), stated);
             for element in robot.links {
                 let (span, stated) = place(k.stated);
-                urdf.links.push(Placed { element, span, stated });
+                urdf.links.push(LocatedElement { element, span, stated });
             }
             for element in robot.joints {
                 let (span, stated) = place(k.stated);
-                urdf.joints.push(Placed { element, span, stated });
+                urdf.joints.push(LocatedElement { element, span, stated });
             }
         }
         Ok(urdf)
@@ -90,11 +90,11 @@ impl Urdf {
 
 /// Checks the XML and keeps what a robot file needs: the robot's name, the URDF version, links and
 /// joints.
-fn scan(source: &Source) -> Result<(String, String, Vec<Kept>), InputError> {
+fn scan(source: &Source) -> Result<(String, String, Vec<KeptElement>), InputError> {
     let text = source.text();
     let mut reader = Reader::from_str(text);
     let mut robot: Option<(String, String)> = None;
-    let mut kept: Vec<Kept> = Vec::new();
+    let mut kept: Vec<KeptElement> = Vec::new();
     // Names of the open elements; None once inside something that is not kept.
     let mut open: Vec<Option<&'static str>> = Vec::new();
     loop {
@@ -164,7 +164,7 @@ fn scan(source: &Source) -> Result<(String, String, Vec<Kept>), InputError> {
         if let Some(name) = name.filter(|n| *n != "robot") {
             let attributes = attributes(source, &tag, name, &span)?;
             if open.len() == 1 {
-                kept.push(Kept {
+                kept.push(KeptElement {
                     xml: String::new(),
                     is_link: name == "link",
                     span,
@@ -231,7 +231,10 @@ fn attributes(
         }
         let raw = String::from_utf8_lossy(&attribute.value).into_owned();
         let value = quick_xml::escape::unescape(&raw).map_err(|error| broken(&error))?.into_owned();
-        let count = NUMBERS.iter().find(|(e, k, _)| *e == element && *k == key).map(|(_, _, n)| *n);
+        let count = NUMBER_ATTRIBUTES
+            .iter()
+            .find(|(e, k, _)| *e == element && *k == key)
+            .map(|(_, _, n)| *n);
         if let Some(count) = count.filter(|n| !are_numbers(&value, *n)) {
             let offset =
                 source.text().get(span.clone()).and_then(|tag| tag.find(&raw)).unwrap_or(0);
@@ -260,5 +263,7 @@ fn attributes(
 fn are_numbers(value: &str, count: usize) -> bool {
     let numbers: Vec<_> = value.split_whitespace().map(str::parse::<f64>).collect();
     numbers.len() == count
-        && numbers.iter().all(|n| n.as_ref().is_ok_and(|x| x.is_finite() && x.abs() <= LARGEST))
+        && numbers
+            .iter()
+            .all(|n| n.as_ref().is_ok_and(|x| x.is_finite() && x.abs() <= URDF_NUMBER_MAX))
 }

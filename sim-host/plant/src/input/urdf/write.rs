@@ -1,6 +1,6 @@
 //! The text of a robot file, with markers where a URDF says nothing.
 
-use super::arm::{Arm, Body, Frame, Stage};
+use super::arm::{Arm, FixedLink, UrdfBody, UrdfJoint};
 use crate::input::FILL_IN;
 use nalgebra::{Matrix3, Vector3};
 use std::fmt::Write;
@@ -54,11 +54,11 @@ impl Arm {
     }
 }
 
-impl Stage {
+impl UrdfJoint {
     fn write(&self, out: &mut String, before: &Vector3<f64>) {
         let unknown = marker("not in a URDF");
         let or_marker = |x: Option<f64>| x.map_or_else(|| marker("not stated in the URDF"), number);
-        let or_no_inertial = |write: &dyn Fn(&Body) -> String| {
+        let or_no_inertial = |write: &dyn Fn(&UrdfBody) -> String| {
             self.body.as_ref().map_or_else(|| marker("no <inertial> in the URDF"), write)
         };
         let limits = match self.limits {
@@ -89,11 +89,11 @@ impl Stage {
 
     /// The fixed leaf frame that is the tool centre point, with the word that names it, and the frame
     /// that its name would come before, but whose z axis is square to the joint's.
-    fn tool(&self) -> (Option<(&'static str, &Frame)>, Option<&Frame>) {
+    fn tool(&self) -> (Option<(&'static str, &FixedLink)>, Option<&FixedLink>) {
         let first = self.frame(TCP_WORDS, |f| f.is_bare_leaf);
         let square = first.map(|(_, frame)| frame).filter(|frame| self.is_square(frame));
         // A frame called flange says nothing of its axes.
-        let fits = |frame: &Frame| frame.is_bare_leaf && !self.is_square(frame);
+        let fits = |frame: &FixedLink| frame.is_bare_leaf && !self.is_square(frame);
         match self.frame(TCP_WORDS, fits).filter(|(word, _)| *word != "flange") {
             Some(out) if square.is_some() => (Some(out), square),
             _ => (first, None),
@@ -101,7 +101,7 @@ impl Stage {
     }
 
     /// True where z of a frame, which points out of a tool, is square to the joint's axis, to a degree.
-    fn is_square(&self, frame: &Frame) -> bool {
+    fn is_square(&self, frame: &FixedLink) -> bool {
         let z = frame.b_from_frame.rotation * Vector3::z();
         z.dot(&self.axis).abs() < 1f64.to_radians().sin()
     }
@@ -111,11 +111,11 @@ impl Stage {
     fn frame(
         &self,
         words: &[&'static str],
-        fits: impl Fn(&Frame) -> bool,
-    ) -> Option<(&'static str, &Frame)> {
+        fits: impl Fn(&FixedLink) -> bool,
+    ) -> Option<(&'static str, &FixedLink)> {
         // The link that carries the joint itself is no frame on it.
         let frames = self.frames.get(1..).unwrap_or_default();
-        let has = |frame: &&Frame, word: &str| {
+        let has = |frame: &&FixedLink, word: &str| {
             fits(frame)
                 && frame
                     .name

@@ -1,18 +1,21 @@
 //! Channels by the headers of columns: families of columns with one name are taken as a set.
 
-use super::names::{NoChannel, Quantity, Reading, Role, SETS, joint_numbered, read};
-use super::proposal::{Doubt, Ground, LeftOut, ProposedColumn};
-use super::raw::{ENCODER, POSITION, Raw, TIME, TORQUE};
+use super::names::{
+    HeaderReading, NamedQuantity, NoChannel, ReadingRole, SETS, joint_numbered, read,
+};
+use super::proposal::{Doubt, LeftOut, ProposalBasis, ProposedColumn};
+use super::raw::{ENCODER_COLUMN, POSITION, Raw, TORQUE};
 use crate::data::channel::{COUNT, LogChannel, column_name};
+use crate::data::log::columns::TIME_COLUMN;
 use crate::data::log::columns::{
-    ABC, ColumnMapping, MATRIX, QUATERNION, REFLECTORS, channel_name, dimension, reflector,
+    ABC, ColumnMapping, MATRIX, QUATERNION, REFLECTOR_COUNT, channel_name, dimension, reflector,
 };
 use crate::data::log::units::{Dimension, Unit, unit_named};
 use std::cmp::Ordering;
 use trueweld_core::JOINTS;
 
 /// How far the length of four numbers may be from 1 for a quaternion.
-const LENGTH: f64 = 1e-3;
+const QUATERNION_LENGTH_TOLERANCE: f64 = 1e-3;
 
 /// What a column claims to be.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,11 +23,11 @@ struct Claim {
     column: usize,
     /// A drive's current, which becomes a torque by a factor.
     amperes: bool,
-    role: Role,
+    role: ReadingRole,
     /// The same for all columns of a set.
     family: String,
     unit: Option<&'static Unit>,
-    ground: Ground,
+    basis: ProposalBasis,
 }
 
 /// The columns of a file, with the claims of those that a channel is named by.
@@ -36,7 +39,7 @@ pub(super) struct NamedColumns {
 impl NamedColumns {
     /// By the headers of a file. `joints`: names in the robot file.
     pub(super) fn of(raw: &Raw, joints: &[String]) -> Self {
-        let readings: Vec<Option<Reading>> =
+        let readings: Vec<Option<HeaderReading>> =
             raw.titles.iter().map(|title| read(title, joints)).collect();
         // Where one set counts from 0, the file does.
         let file_from_zero = families(&readings)
@@ -69,7 +72,7 @@ impl NamedColumns {
             if raw.titles[k] != *header
                 && let Ok(claim) = &mut claims[k]
             {
-                claim.ground = Ground::Comment;
+                claim.basis = ProposalBasis::Comment;
             }
             if raw.values[k].is_none() {
                 claims[k] = Err(LeftOut::NoNumbers);
@@ -93,7 +96,7 @@ fn plain(header: &str) -> Option<usize> {
 }
 
 /// Columns of one name, but for its number, component or the like.
-fn families(readings: &[Option<Reading>]) -> Vec<Vec<usize>> {
+fn families(readings: &[Option<HeaderReading>]) -> Vec<Vec<usize>> {
     let mut families: Vec<(&str, Vec<usize>)> = Vec::new();
     for (k, reading) in readings.iter().enumerate() {
         let Some(reading) = reading else { continue };
@@ -106,7 +109,7 @@ fn families(readings: &[Option<Reading>]) -> Vec<Vec<usize>> {
 }
 
 /// True where a family counts axes from 0; `None` where it may do either.
-fn counts_from_zero(readings: &[Option<Reading>], family: &[usize]) -> Option<bool> {
+fn counts_from_zero(readings: &[Option<HeaderReading>], family: &[usize]) -> Option<bool> {
     match [0, JOINTS].map(|number| has_number(readings, family, number)) {
         [true, _] => Some(true),
         [false, true] => Some(false),
@@ -114,14 +117,14 @@ fn counts_from_zero(readings: &[Option<Reading>], family: &[usize]) -> Option<bo
     }
 }
 
-fn has_number(readings: &[Option<Reading>], family: &[usize], number: usize) -> bool {
+fn has_number(readings: &[Option<HeaderReading>], family: &[usize], number: usize) -> bool {
     family.iter().any(|k| readings[*k].as_ref().is_some_and(|r| r.number == Some(number)))
 }
 
 /// The set of names that a family has every name of, once.
-fn full_set(readings: &[Option<Reading>], family: &[usize]) -> Option<&'static str> {
+fn full_set(readings: &[Option<HeaderReading>], family: &[usize]) -> Option<&'static str> {
     let times = |name: &str, place: usize| {
-        let of = |reading: &Reading| reading.sets.contains(&(name, place));
+        let of = |reading: &HeaderReading| reading.sets.contains(&(name, place));
         family.iter().filter(|k| readings[**k].as_ref().is_some_and(of)).count()
     };
     let full =
@@ -131,7 +134,7 @@ fn full_set(readings: &[Option<Reading>], family: &[usize]) -> Option<&'static s
 
 /// The first number of a family of four numbered columns, from 0 or 1, that are of length 1 in every
 /// row.
-fn quaternion(raw: &Raw, readings: &[Option<Reading>], family: &[usize]) -> Option<usize> {
+fn quaternion(raw: &Raw, readings: &[Option<HeaderReading>], family: &[usize]) -> Option<usize> {
     let numbers: Vec<usize> =
         family.iter().filter_map(|k| readings[*k].as_ref().and_then(|r| r.number)).collect();
     let columns: Vec<&Vec<f64>> = family.iter().filter_map(|k| raw.values[*k].as_ref()).collect();
@@ -140,14 +143,14 @@ fn quaternion(raw: &Raw, readings: &[Option<Reading>], family: &[usize]) -> Opti
     }
     let is_one = |row: usize| {
         let square: f64 = columns.iter().map(|column| column[row].powi(2)).sum();
-        square.is_nan() || (square.sqrt() - 1.0).abs() < LENGTH
+        square.is_nan() || (square.sqrt() - 1.0).abs() < QUATERNION_LENGTH_TOLERANCE
     };
     (0..raw.rows).all(is_one).then_some(numbers[0])
 }
 
 /// What a header claims, among its family. `first`: number of the first of a quaternion.
 fn claim(
-    reading: &Reading,
+    reading: &HeaderReading,
     from_zero: bool,
     set: Option<&'static str>,
     first: Option<usize>,
@@ -168,20 +171,23 @@ fn claim(
             return Err(LeftOut::Computed);
         }
         (Some("abc"), Some(place)) => {
-            let of_pose = reading.only(&[Quantity::Pose, Quantity::Place, Quantity::Point]);
+            let of_pose =
+                reading.only(&[NamedQuantity::Pose, NamedQuantity::Place, NamedQuantity::Point]);
             (of_pose.then_some(ABC.start + place), false)
         }
         (_, Some(place)) => {
             let mut named = reading.clone();
             // A letter of a set is no time.
-            named.quantities.retain(|quantity| *quantity != Quantity::Time);
+            named.quantities.retain(|quantity| *quantity != NamedQuantity::Time);
             named.joint = Some(place);
             column_of(&named, Some(place))?
         }
         // A name of a set whose others are not there.
         (_, None) if !reading.sets.is_empty() && !alone(reading) => (None, false),
         (_, None) => match first.zip(reading.number) {
-            Some((first, number)) if reading.only(&[Quantity::Encoder, Quantity::Quaternion]) => {
+            Some((first, number))
+                if reading.only(&[NamedQuantity::Encoder, NamedQuantity::Quaternion]) =>
+            {
                 (number.checked_sub(first).map(|place| QUATERNION.start + place), false)
             }
             _ => column_of(reading, reading.joint.or_else(of_number))?,
@@ -189,7 +195,7 @@ fn claim(
     };
     let column = column.ok_or(LeftOut::Unknown)?;
     let pose = [LogChannel::Position.columns(), LogChannel::Rotation.columns(), ABC, QUATERNION];
-    if reading.role == Role::Actual && pose.iter().any(|of| of.contains(&column)) {
+    if reading.role == ReadingRole::Actual && pose.iter().any(|of| of.contains(&column)) {
         return Err(LeftOut::Computed);
     }
     Ok(Claim {
@@ -198,26 +204,29 @@ fn claim(
         role: reading.role,
         family: reading.family.clone(),
         unit: reading.unit,
-        ground: Ground::Header,
+        basis: ProposalBasis::Header,
     })
 }
 
 /// True of a letter that means something without its set: a time, the w of a quaternion.
-fn alone(reading: &Reading) -> bool {
-    let is_time = reading.has(Quantity::Time) && reading.only(&[Quantity::Time]);
-    is_time || (reading.component == Some(3) && reading.has(Quantity::Quaternion))
+fn alone(reading: &HeaderReading) -> bool {
+    let is_time = reading.has(NamedQuantity::Time) && reading.only(&[NamedQuantity::Time]);
+    is_time || (reading.component == Some(3) && reading.has(NamedQuantity::Quaternion))
 }
 
 /// The column that quantities, with a component or a joint, are; and whether a current stands for
 /// it.
-fn column_of(reading: &Reading, joint: Option<usize>) -> Result<(Option<usize>, bool), LeftOut> {
-    use Quantity::{
+fn column_of(
+    reading: &HeaderReading,
+    joint: Option<usize>,
+) -> Result<(Option<usize>, bool), LeftOut> {
+    use NamedQuantity::{
         Angle, Counter, Current, Encoder, External, Force, Joint, Link, Moment, Payload, Place,
         Point, Pose, Quaternion, Reflector, Rotation, Speed, Spindle, Time, Torque, Wrench,
     };
-    let Reading { component, number, .. } = *reading;
+    let HeaderReading { component, number, .. } = *reading;
     let named = !reading.quantities.is_empty() || reading.joint.is_some();
-    let of = |quantity: Quantity, others: &[Quantity]| {
+    let of = |quantity: NamedQuantity, others: &[NamedQuantity]| {
         reading.has(quantity)
             && reading.quantities.iter().all(|q| *q == quantity || others.contains(q))
     };
@@ -238,7 +247,7 @@ fn column_of(reading: &Reading, joint: Option<usize>) -> Result<(Option<usize>, 
     let column = match (component, joint) {
         (Some(c), Some(r)) => {
             let is_point = of(Reflector, &[Point, Place]) && reading.joint.is_none();
-            (is_point && r < REFLECTORS && c < 3).then(|| reflector(r).start + c)
+            (is_point && r < REFLECTOR_COUNT && c < 3).then(|| reflector(r).start + c)
         }
         (Some(_), None) if number.is_some() => None,
         (Some(3), None) => of(Quaternion, &[Pose]).then_some(QUATERNION.start),
@@ -267,13 +276,13 @@ fn column_of(reading: &Reading, joint: Option<usize>) -> Result<(Option<usize>, 
                 Some(start(LogChannel::LinkEncoder) + joint)
             } else {
                 let angle = [Joint, Encoder, Angle, Place, Current];
-                (named && reading.only(&angle)).then_some(ENCODER + joint)
+                (named && reading.only(&angle)).then_some(ENCODER_COLUMN + joint)
             }
         }
         (None, None) if number.is_some() => None,
         (None, None) => {
             if of(Time, &[]) || of(Counter, &[]) {
-                Some(TIME)
+                Some(TIME_COLUMN)
             } else if of(Spindle, &[Speed]) {
                 Some(start(LogChannel::Spindle))
             } else {
@@ -303,7 +312,7 @@ impl NamedColumns {
 
     /// A time rises. Without a header the first column that does may be it; of several the first
     /// one that is no mere count is.
-    fn check_times(&mut self, raw: &Raw, readings: &[Option<Reading>]) {
+    fn check_times(&mut self, raw: &Raw, readings: &[Option<HeaderReading>]) {
         let rises = |k: usize| {
             let Some(values) = raw.values[k].as_ref() else { return false };
             let up = values.windows(2).filter(|pair| pair[1] > pair[0]).count();
@@ -316,13 +325,14 @@ impl NamedColumns {
             && (!headed && raw.rows > 2 && rises(0))
         {
             let unit = raw.units[0];
-            *first = Ok(Claim { ground: Ground::Rises, ..Claim::plain(TIME, unit) });
+            *first = Ok(Claim { basis: ProposalBasis::Rises, ..Claim::plain(TIME_COLUMN, unit) });
         }
         let is_time =
-            |claim: &Result<Claim, LeftOut>| claim.as_ref().is_ok_and(|c| c.column == TIME);
+            |claim: &Result<Claim, LeftOut>| claim.as_ref().is_ok_and(|c| c.column == TIME_COLUMN);
         let times: Vec<usize> =
             (0..self.claims.len()).filter(|k| is_time(&self.claims[*k])).collect();
-        let counts = |k: &usize| readings[*k].as_ref().is_some_and(|r| r.has(Quantity::Counter));
+        let counts =
+            |k: &usize| readings[*k].as_ref().is_some_and(|r| r.has(NamedQuantity::Counter));
         let rising = || times.iter().copied().filter(|k| rises(*k));
         let chosen = rising().find(|k| !counts(k)).or_else(|| rising().next());
         for k in times {
@@ -338,7 +348,7 @@ impl NamedColumns {
     fn only_whole_vectors(&mut self) {
         let mut vectors = vec![LogChannel::Position.columns(), LogChannel::Rotation.columns()];
         vectors.extend([ABC, QUATERNION, MATRIX]);
-        vectors.extend((0..REFLECTORS).map(reflector));
+        vectors.extend((0..REFLECTOR_COUNT).map(reflector));
         for vector in vectors {
             let of_vector = |claim: &Claim| vector.contains(&claim.column);
             let claims = self.claims.iter().filter_map(|claim| claim.as_ref().ok());
@@ -397,15 +407,15 @@ impl NamedColumns {
                 let finite = values.iter().copied().filter(|x| x.is_finite());
                 finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
             });
-            let (mut grounds, mut doubts) = (Vec::new(), Vec::new());
+            let (mut bases, mut doubts) = (Vec::new(), Vec::new());
             let mapping = self.claims[k].clone().map(|claim| {
-                grounds.push(claim.ground);
-                if claim.ground != Ground::Header {
+                bases.push(claim.basis);
+                if claim.basis != ProposalBasis::Header {
                     doubts.push(Doubt::Channel);
                 }
                 let unit = match claim.unit {
                     Some(unit) => {
-                        grounds.push(Ground::UnitInHeader);
+                        bases.push(ProposalBasis::UnitInHeader);
                         unit.name
                     }
                     None if claim.amperes => "A",
@@ -417,7 +427,7 @@ impl NamedColumns {
                 let header = header.clone();
                 ColumnMapping { header, column: claim.column, unit, factor: 1.0, offset: 0.0 }
             });
-            ProposedColumn { file, header: header.clone(), range, mapping, grounds, doubts }
+            ProposedColumn { file, header: header.clone(), range, mapping, bases, doubts }
         };
         raw.names.iter().enumerate().map(column).collect()
     }
@@ -428,15 +438,15 @@ impl Claim {
         Self {
             column,
             amperes: false,
-            role: Role::Plain,
+            role: ReadingRole::Plain,
             family: String::new(),
             unit,
-            ground: Ground::Header,
+            basis: ProposalBasis::Header,
         }
     }
 
     /// Which of two claims stands: a torque before a current, what was measured before the rest.
-    fn rank(&self) -> (bool, Role) {
+    fn rank(&self) -> (bool, ReadingRole) {
         (!self.amperes, self.role)
     }
 
@@ -468,7 +478,7 @@ pub(super) fn settle(named: &mut [NamedColumns], raws: &[Raw]) {
             let claims = columns.claims.iter().enumerate();
             claims.filter_map(move |(k, claim)| Some((file, k, claim.as_ref().ok()?.clone())))
         })
-        .filter(|(.., claim)| claim.column != TIME)
+        .filter(|(.., claim)| claim.column != TIME_COLUMN)
         .collect();
     let same = |a: (usize, usize), b: (usize, usize)| {
         let (Some(a), Some(b)) = (&raws[a.0].values[a.1], &raws[b.0].values[b.1]) else {

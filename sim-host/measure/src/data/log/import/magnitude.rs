@@ -1,9 +1,9 @@
 //! Units by the magnitude of the values, where no header states them.
 
-use super::proposal::{Doubt, Ground, ProposedColumn};
+use super::proposal::{Doubt, ProposalBasis, ProposedColumn};
 use super::raw::Raw;
-use crate::data::channel::{CHANNELS, LogChannel};
-use crate::data::log::columns::{ABC, ALL, MATRIX, QUATERNION, dimension, reflector};
+use crate::data::channel::{LOG_CHANNELS, LogChannel};
+use crate::data::log::columns::{ABC, MAPPABLE_COLUMNS, MATRIX, QUATERNION, dimension, reflector};
 use crate::data::log::units::Dimension;
 use crate::data::resample::median_step;
 use std::ops::Range;
@@ -15,7 +15,7 @@ pub(super) fn units_by_magnitude(columns: &mut [ProposedColumn], raws: &[Raw]) {
             .filter(|k| {
                 let c = &columns[*k];
                 c.mapping.as_ref().is_ok_and(|m| group.contains(&m.column))
-                    && !c.grounds.contains(&Ground::UnitInHeader)
+                    && !c.bases.contains(&ProposalBasis::UnitInHeader)
                     && !c.doubts.contains(&Doubt::Factor)
             })
             .collect();
@@ -45,7 +45,7 @@ pub(super) fn units_by_magnitude(columns: &mut [ProposedColumn], raws: &[Raw]) {
                     mapping.unit = unit;
                 }
                 if sure {
-                    columns[k].grounds.push(Ground::Magnitude);
+                    columns[k].bases.push(ProposalBasis::Magnitude);
                 } else {
                     columns[k].doubts.push(Doubt::Unit);
                 }
@@ -56,7 +56,7 @@ pub(super) fn units_by_magnitude(columns: &mut [ProposedColumn], raws: &[Raw]) {
 
 /// Columns that share a unit.
 fn groups() -> Vec<Range<usize>> {
-    let mut groups: Vec<_> = CHANNELS
+    let mut groups: Vec<_> = LOG_CHANNELS
         .iter()
         .map(|channel| channel.id.columns())
         .filter(|columns| *columns != LogChannel::Payload.columns())
@@ -67,7 +67,7 @@ fn groups() -> Vec<Range<usize>> {
     groups.push(ABC);
     groups.push(QUATERNION);
     groups.push(MATRIX);
-    groups.push(reflector(0).start..ALL);
+    groups.push(reflector(0).start..MAPPABLE_COLUMNS);
     groups
 }
 

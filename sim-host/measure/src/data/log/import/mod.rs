@@ -11,18 +11,19 @@ mod proposal;
 mod raw;
 mod signs;
 
-pub use proposal::{Doubt, Ground, LeftOut, Proposal, ProposedColumn, ProposedFile};
+pub use proposal::{Doubt, LeftOut, Proposal, ProposalBasis, ProposedColumn, ProposedFile};
 
 use super::columns::channel_name;
 use super::computed;
 use super::files::FileEntry;
 use super::source;
 use super::text::Dialect;
-use crate::data::channel::{CHANNELS, LogChannel};
+use crate::data::channel::{LOG_CHANNELS, LogChannel};
 use crate::data::kind::LogKind;
+use crate::data::log::columns::TIME_COLUMN;
 use crate::data::resample::median_step;
 use header::NamedColumns;
-use raw::{ENCODER, Raw, TIME, TORQUE, file_of, series};
+use raw::{ENCODER_COLUMN, Raw, TORQUE, file_of, series};
 use std::path::{Path, PathBuf};
 use trueweld_core::JOINTS;
 use trueweld_plant::input::{InputError, RobotFile};
@@ -66,11 +67,14 @@ pub fn propose(
         signs::motion(&mut columns, &mut files, &raws, robot, kind);
         signs::torque_signs(&mut columns, &raws, robot);
     }
-    let period_open = file_of(&columns, ENCODER).is_some_and(|own| files[own].period.is_none());
-    let needed = CHANNELS.iter().filter(|c| c.needed.contains(&kind));
+    let period_open =
+        file_of(&columns, ENCODER_COLUMN).is_some_and(|own| files[own].period.is_none());
+    let needed = LOG_CHANNELS.iter().filter(|c| c.needed.contains(&kind));
     let missing = needed
         .flat_map(|channel| channel.id.columns())
-        .filter(|column| file_of(&columns, *column).is_none() && !(period_open && *column == TIME))
+        .filter(|column| {
+            file_of(&columns, *column).is_none() && !(period_open && *column == TIME_COLUMN)
+        })
         .map(channel_name)
         .collect();
     Ok(Proposal { files, columns, kind, kind_sure, period_open, missing })
@@ -99,7 +103,7 @@ impl Draft {
         signs::signs_by_limits(&mut columns, robot);
         let mut files: Vec<ProposedFile> = raws.iter().map(raw::proposed_file).collect();
         for (file, proposed) in files.iter_mut().enumerate() {
-            let time = series(&columns, raws, Some(file), TIME);
+            let time = series(&columns, raws, Some(file), TIME_COLUMN);
             proposed.period = time.as_deref().map(median_step).filter(|step| *step > 0.0);
         }
         name_clocks(&mut files, &columns, raws);
@@ -126,8 +130,8 @@ fn leave_out_rigid(
         Draft::new(&tried, raws, Some(robot), kind)
     };
     let without = draft(None);
-    let Some(own) = file_of(&without.columns, ENCODER) else { return };
-    let time = |file: usize| series(&without.columns, raws, Some(file), TIME);
+    let Some(own) = file_of(&without.columns, ENCODER_COLUMN) else { return };
+    let time = |file: usize| series(&without.columns, raws, Some(file), TIME_COLUMN);
     let mut found = Vec::new();
     for file in (0..named.len()).filter(|file| *file == own || time(*file) == time(own)) {
         for family in named[file].positions() {
@@ -144,10 +148,10 @@ fn leave_out_rigid(
 
 /// A file whose times are others than those of the encoders has a clock of its own.
 fn name_clocks(files: &mut [ProposedFile], columns: &[ProposedColumn], raws: &[Raw]) {
-    let Some(own) = file_of(columns, ENCODER) else { return };
-    let Some(time) = series(columns, raws, Some(own), TIME) else { return };
+    let Some(own) = file_of(columns, ENCODER_COLUMN) else { return };
+    let Some(time) = series(columns, raws, Some(own), TIME_COLUMN) else { return };
     for (file, proposed) in files.iter_mut().enumerate().filter(|(file, _)| *file != own) {
-        let other = series(columns, raws, Some(file), TIME);
+        let other = series(columns, raws, Some(file), TIME_COLUMN);
         let same = other.is_some_and(|other| {
             let ends = |v: &[f64]| Some((*v.first()?, *v.last()?));
             let period = median_step(&time);
@@ -172,7 +176,7 @@ fn clock_name(path: &Path) -> String {
 /// What was done, by the channels and how fast they were sampled.
 fn kind_of(columns: &[ProposedColumn], files: &[ProposedFile]) -> (LogKind, bool) {
     let has = |column: usize| file_of(columns, column).is_some();
-    let own = file_of(columns, ENCODER).unwrap_or(0);
+    let own = file_of(columns, ENCODER_COLUMN).unwrap_or(0);
     let period = files.get(own).and_then(|file| file.period).unwrap_or(0.0);
     if has(LogChannel::Spindle.columns().start) {
         (LogKind::Weld, true)

@@ -9,7 +9,7 @@ use trueweld_core::JOINTS;
 
 /// What a word of a header names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Quantity {
+pub(super) enum NamedQuantity {
     Time,
     /// Counts of a clock.
     Counter,
@@ -45,7 +45,7 @@ pub(super) enum Quantity {
 
 /// How near to the instrument a value is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub(super) enum Role {
+pub(super) enum ReadingRole {
     /// Nothing is said.
     #[default]
     Plain,
@@ -66,9 +66,9 @@ pub(super) enum NoChannel {
 
 /// What the whole of a header says.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Reading {
-    pub quantities: Vec<Quantity>,
-    pub role: Role,
+pub(super) struct HeaderReading {
+    pub quantities: Vec<NamedQuantity>,
+    pub role: ReadingRole,
     pub no_channel: Option<NoChannel>,
     /// 0 to 2 of x, y, z; 3 of the w of a quaternion.
     pub component: Option<usize>,
@@ -83,20 +83,22 @@ pub(super) struct Reading {
     pub unit: Option<&'static Unit>,
 }
 
-impl Reading {
-    pub(super) fn has(&self, quantity: Quantity) -> bool {
+impl HeaderReading {
+    pub(super) fn has(&self, quantity: NamedQuantity) -> bool {
         self.quantities.contains(&quantity)
     }
 
     /// True where nothing else is named than some of these.
-    pub(super) fn only(&self, of: &[Quantity]) -> bool {
+    pub(super) fn only(&self, of: &[NamedQuantity]) -> bool {
         self.quantities.iter().all(|quantity| of.contains(quantity))
     }
 
     /// True where a unit may be one of what is named.
     fn takes(&self, unit: &Unit) -> bool {
-        use Quantity::{Counter, Current, Force, Moment, Payload, Spindle, Time, Torque, Wrench};
-        let any = |of: &[Quantity]| of.iter().any(|quantity| self.has(*quantity));
+        use NamedQuantity::{
+            Counter, Current, Force, Moment, Payload, Spindle, Time, Torque, Wrench,
+        };
+        let any = |of: &[NamedQuantity]| of.iter().any(|quantity| self.has(*quantity));
         let Some(dimension) = unit.dimension else {
             return any(&[Current, Torque, Moment, Force]);
         };
@@ -118,8 +120,8 @@ impl Reading {
 /// What one entry of the table means.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Meaning {
-    Quantity(Quantity),
-    Role(Role),
+    Quantity(NamedQuantity),
+    Role(ReadingRole),
     NoChannel(NoChannel),
     Component(usize),
     Set(&'static str, usize),
@@ -133,18 +135,18 @@ enum Token {
     Number(usize),
 }
 
-struct Entry {
+struct HeaderWord {
     pattern: Vec<&'static str>,
     meanings: Vec<Meaning>,
 }
 
 /// The table; a line that begins with `#` is a comment, the first of the others the header.
-static TABLE: LazyLock<Vec<Entry>> = LazyLock::new(|| {
+static HEADER_WORDS: LazyLock<Vec<HeaderWord>> = LazyLock::new(|| {
     let lines = include_str!("names.csv").lines().filter(|line| !line.starts_with('#')).skip(1);
     let entry = |line: &'static str| {
         let mut fields = line.split(',');
         let pattern = fields.next()?.split(' ').collect();
-        Some(Entry { pattern, meanings: meanings(fields.next()?)? })
+        Some(HeaderWord { pattern, meanings: meanings(fields.next()?)? })
     };
     lines.filter_map(entry).collect()
 });
@@ -152,7 +154,7 @@ static TABLE: LazyLock<Vec<Entry>> = LazyLock::new(|| {
 /// Sets of names that the table holds, with how many each has.
 pub(super) static SETS: LazyLock<Vec<(&'static str, usize)>> = LazyLock::new(|| {
     let mut sets: Vec<(&'static str, usize)> = Vec::new();
-    for meaning in TABLE.iter().flat_map(|entry| &entry.meanings) {
+    for meaning in HEADER_WORDS.iter().flat_map(|entry| &entry.meanings) {
         let Meaning::Set(name, place) = meaning else { continue };
         match sets.iter_mut().find(|(known, _)| known == name) {
             Some((_, count)) => *count = (*count).max(place + 1),
@@ -163,7 +165,7 @@ pub(super) static SETS: LazyLock<Vec<(&'static str, usize)>> = LazyLock::new(|| 
 });
 
 fn meanings(text: &'static str) -> Option<Vec<Meaning>> {
-    use Quantity as Q;
+    use NamedQuantity as Q;
     if let Some(what) = text.strip_prefix("no ") {
         return Some(vec![Meaning::NoChannel(NoChannel::Other(what))]);
     }
@@ -193,8 +195,8 @@ fn meanings(text: &'static str) -> Option<Vec<Meaning>> {
             "spindle" => quantity(Q::Spindle),
             "speed" => quantity(Q::Speed),
             "payload" => quantity(Q::Payload),
-            "actual" => Meaning::Role(Role::Actual),
-            "measured" => Meaning::Role(Role::Measured),
+            "actual" => Meaning::Role(ReadingRole::Actual),
+            "measured" => Meaning::Role(ReadingRole::Measured),
             "commanded" => Meaning::NoChannel(NoChannel::Commanded),
             "computed" => Meaning::NoChannel(NoChannel::Computed),
             "limit" => Meaning::NoChannel(NoChannel::Limit),
@@ -215,7 +217,7 @@ fn component_named(word: &str) -> Option<usize> {
 }
 
 /// What a header says; `None` where a word of it is not known. `joints`: names in the robot file.
-pub(super) fn read(header: &str, joints: &[String]) -> Option<Reading> {
+pub(super) fn read(header: &str, joints: &[String]) -> Option<HeaderReading> {
     let (bare, unit) = without_unit(header);
     let tokens = tokens(&bare);
     let joints: Vec<Vec<Token>> = joints.iter().map(|name| self::tokens(name)).collect();
@@ -276,22 +278,22 @@ fn tokens(header: &str) -> Vec<Token> {
 /// The parts of a word that is not in the table: a letter and its component (`fx`), or words that
 /// are written as one (`istposition`). A word that has none is itself.
 fn parts(word: String) -> Vec<String> {
-    let known = |word: &str| TABLE.iter().any(|entry| entry.pattern == [word]);
+    let known = |word: &str| HEADER_WORDS.iter().any(|entry| entry.pattern == [word]);
     if known(&word) {
         return vec![word];
     }
     let letters: Vec<char> = word.chars().collect();
     if let [letter, component] = letters[..]
         && component_named(&component.to_string()).is_some()
-        && TABLE.iter().any(|entry| entry.pattern == [letter.to_string().as_str(), "*"])
+        && HEADER_WORDS.iter().any(|entry| entry.pattern == [letter.to_string().as_str(), "*"])
     {
         return vec![letter.to_string(), component.to_string()];
     }
     /// Parts are at least so long: shorter ones stand in any word.
-    const SHORTEST: usize = 3;
-    for (at, _) in word.char_indices().skip(SHORTEST) {
+    const WORD_PART_LENGTH_MIN: usize = 3;
+    for (at, _) in word.char_indices().skip(WORD_PART_LENGTH_MIN) {
         let (first, rest) = word.split_at(at);
-        if rest.chars().count() < SHORTEST || !known(first) {
+        if rest.chars().count() < WORD_PART_LENGTH_MIN || !known(first) {
             continue;
         }
         let rest = parts(rest.to_owned());
@@ -303,8 +305,8 @@ fn parts(word: String) -> Vec<String> {
 }
 
 /// Reads every token, by the longest entry of the table that begins at each.
-fn whole(tokens: &[Token], joints: &[Vec<Token>]) -> Option<Reading> {
-    let mut reading = Reading::default();
+fn whole(tokens: &[Token], joints: &[Vec<Token>]) -> Option<HeaderReading> {
+    let mut reading = HeaderReading::default();
     let mut at = 0;
     while at < tokens.len() {
         let rest = &tokens[at..];
@@ -320,7 +322,7 @@ fn whole(tokens: &[Token], joints: &[Vec<Token>]) -> Option<Reading> {
             at += name.len();
             continue;
         }
-        let entry = TABLE
+        let entry = HEADER_WORDS
             .iter()
             .filter(|entry| begins(rest, &entry.pattern))
             .max_by_key(|entry| entry.pattern.len());
@@ -347,7 +349,7 @@ fn begins(tokens: &[Token], pattern: &[&str]) -> bool {
         })
 }
 
-impl Reading {
+impl HeaderReading {
     fn number(&mut self, number: usize) -> Option<()> {
         self.family += "# ";
         self.number.replace(number).is_none().then_some(())
@@ -359,7 +361,7 @@ impl Reading {
 
     /// Takes note of an entry of the table and of the tokens that it stands for; `None` where a
     /// header has two numbers or two components.
-    fn add(&mut self, entry: &Entry, tokens: &[Token]) -> Option<()> {
+    fn add(&mut self, entry: &HeaderWord, tokens: &[Token]) -> Option<()> {
         // The names of a set, and the components, stand for each other.
         let one_of_several = |meaning: &Meaning| match meaning {
             Meaning::Set(..) => true,
@@ -413,9 +415,9 @@ mod tests {
     #[test]
     fn every_line_of_the_table_is_read_and_no_name_stands_in_it_twice() {
         let lines = include_str!("names.csv").lines().filter(|line| !line.starts_with('#'));
-        assert_eq!(TABLE.len(), lines.skip(1).count());
-        for (k, entry) in TABLE.iter().enumerate() {
-            let again = TABLE[..k].iter().any(|other| other.pattern == entry.pattern);
+        assert_eq!(HEADER_WORDS.len(), lines.skip(1).count());
+        for (k, entry) in HEADER_WORDS.iter().enumerate() {
+            let again = HEADER_WORDS[..k].iter().any(|other| other.pattern == entry.pattern);
             assert!(!again, "{:?}", entry.pattern);
         }
     }

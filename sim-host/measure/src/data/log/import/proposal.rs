@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 /// What a proposed part rests on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Ground {
+pub enum ProposalBasis {
     /// The header names the channel.
     Header,
     /// There is no header; the values rise as a time does.
@@ -90,7 +90,7 @@ pub struct ProposedColumn {
     /// How it is mapped.
     pub mapping: Result<ColumnMapping, LeftOut>,
     /// What that rests on.
-    pub grounds: Vec<Ground>,
+    pub bases: Vec<ProposalBasis>,
     /// What of it is a guess.
     pub doubts: Vec<Doubt>,
 }

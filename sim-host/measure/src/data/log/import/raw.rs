@@ -2,13 +2,13 @@
 
 use super::proposal::{ProposedColumn, ProposedFile};
 use crate::data::channel::LogChannel;
-use crate::data::log::columns::ALL;
+use crate::data::log::columns::MAPPABLE_COLUMNS;
 use crate::data::log::computed::sketch;
 use crate::data::log::files::FileEntry;
-use crate::data::log::rows::{MOST_ROWS, Rows};
+use crate::data::log::rows::{ROW_FILE_BYTES_MAX, RowSource};
 use crate::data::log::text::{Dialect, SEPARATORS, decoded, is_missing};
 use crate::data::log::time_of_day::seconds;
-use crate::data::log::track::{Track, WRITTEN};
+use crate::data::log::track::{FileTrack, WRITTEN};
 use crate::data::log::units::{Unit, unit_named};
 use crate::data::log::{kuka, source};
 use std::io::Read;
@@ -20,8 +20,7 @@ const LOOKED_AT: usize = 200_000;
 /// Bytes at a file's start from which its form is told.
 const SNIFFED: u64 = 1 << 16;
 
-pub(super) const TIME: usize = LogChannel::Time.columns().start;
-pub(super) const ENCODER: usize = LogChannel::Encoder.columns().start;
+pub(super) const ENCODER_COLUMN: usize = LogChannel::Encoder.columns().start;
 pub(super) const TORQUE: usize = LogChannel::MotorTorque.columns().start;
 pub(super) const POSITION: usize = LogChannel::Position.columns().start;
 
@@ -58,14 +57,14 @@ impl Raw {
 /// Reads a file's first rows, having found out how it is written.
 pub(super) fn read(mut entry: FileEntry) -> Result<Raw, InputError> {
     let mut start = Vec::new();
-    let sniffed = open(&entry.path, MOST_ROWS)?.take(SNIFFED).read_to_end(&mut start);
+    let sniffed = open(&entry.path, ROW_FILE_BYTES_MAX)?.take(SNIFFED).read_to_end(&mut start);
     let text = sniffed.is_ok() && looks_like_text(&start);
     let mut sniffed = Sniffed::default();
     if text {
         sniffed = sniff(&start);
         entry.dialect = sniffed.dialect;
     }
-    let mut rows: Box<dyn Rows> = source::open(&entry)?;
+    let mut rows: Box<dyn RowSource> = source::open(&entry)?;
     let names: Vec<String> = rows.names().to_vec();
     let mut titles = names.clone();
     for (column, title) in sniffed.titles {
@@ -111,7 +110,7 @@ pub(super) fn read(mut entry: FileEntry) -> Result<Raw, InputError> {
 
 fn looks_like_text(start: &[u8]) -> bool {
     let binary = start.iter().filter(|b| **b < 9 || (14..32).contains(*b)).count();
-    binary == 0 && !start.starts_with(kuka::MAGIC)
+    binary == 0 && !start.starts_with(kuka::KUKA_MAGIC)
 }
 
 /// How a text file is written, and what stands above its rows.
@@ -272,8 +271,8 @@ pub(super) fn series(
 }
 
 /// Some rows of a file as they would be read.
-pub(super) fn track(columns: &[ProposedColumn], raws: &[Raw], file: usize) -> Track {
-    let all = 0..ALL;
+pub(super) fn track(columns: &[ProposedColumn], raws: &[Raw], file: usize) -> FileTrack {
+    let all = 0..MAPPABLE_COLUMNS;
     let of_column = |column: usize| columns.iter().find(|c| c.file == file && c.is(column));
     let rounding = |column: usize| {
         let mapping = of_column(column)?.mapping.as_ref().ok()?;
@@ -281,7 +280,7 @@ pub(super) fn track(columns: &[ProposedColumn], raws: &[Raw], file: usize) -> Tr
         let unit = unit_named(mapping.unit)?.factor;
         Some(0.5 * 10f64.powi(-raws[file].decimals[place]) * (unit * mapping.factor).abs())
     };
-    sketch(&Track {
+    sketch(&FileTrack {
         clock: None,
         columns: all.clone().map(|column| series(columns, raws, Some(file), column)).collect(),
         rounding: all.map(|column| rounding(column).unwrap_or(0.0)).collect(),

@@ -1,15 +1,17 @@
 //! Signs of the axes: by their limits, by the motion that a tracker saw, by the torque that the
 //! model needs for it. With the motion comes the clock of the tracker.
 
-use super::proposal::{Doubt, Ground, ProposedColumn, ProposedFile};
-use super::raw::{ENCODER, POSITION, Raw, TIME, TORQUE, file_of, series};
+use super::proposal::{Doubt, ProposalBasis, ProposedColumn, ProposedFile};
+use super::raw::{ENCODER_COLUMN, POSITION, Raw, TORQUE, file_of, series};
+use crate::ROTATION_LENGTH;
 use crate::data::channel::LogChannel;
 use crate::data::clock::{ClockMap, FittedClock, Points, correlate, fit, rigid};
 use crate::data::fir::LowPass;
 use crate::data::kind::LogKind;
-use crate::data::log::columns::{ALL, reflector};
+use crate::data::log::columns::TIME_COLUMN;
+use crate::data::log::columns::{MAPPABLE_COLUMNS, reflector};
 use crate::data::log::pose::to_rotation_vectors;
-use crate::data::log::track::Track;
+use crate::data::log::track::FileTrack;
 use crate::data::log::units::unit_named;
 use crate::data::resample::median_step;
 use nalgebra::{Matrix3, Vector3};
@@ -18,11 +20,8 @@ use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JOINTS, JointVector, Pose, Wrench};
 use trueweld_plant::input::RobotFile;
 
-/// A radian that the tool turned otherwise counts as so many metres.
-const LEVER: f64 = 0.5;
-
 /// Rows that signs are told by.
-const TRIED: usize = 1500;
+const SIGN_ROWS: usize = 1500;
 
 /// What the right signs may leave of a motion, m: the arm bends by millimetres, and a reflector sits
 /// beside the tool's centre.
@@ -33,7 +32,7 @@ pub(super) fn signs_by_limits(columns: &mut [ProposedColumn], robot: Option<&Rob
     let room = 10f64.to_radians();
     for proposed in columns.iter_mut() {
         let Ok(mapping) = &mut proposed.mapping else { continue };
-        let Some(joint) = mapping.column.checked_sub(ENCODER).filter(|j| *j < JOINTS) else {
+        let Some(joint) = mapping.column.checked_sub(ENCODER_COLUMN).filter(|j| *j < JOINTS) else {
             continue;
         };
         let (Some(robot), Some(range)) = (robot, proposed.range) else {
@@ -46,10 +45,10 @@ pub(super) fn signs_by_limits(columns: &mut [ProposedColumn], robot: Option<&Rob
             range.iter().all(|v| (low - room..=high + room).contains(&(sign * unit * v)))
         };
         match (inside(1.0), inside(-1.0)) {
-            (true, false) => proposed.grounds.push(Ground::Limits),
+            (true, false) => proposed.bases.push(ProposalBasis::Limits),
             (false, true) => {
                 mapping.factor = -mapping.factor;
-                proposed.grounds.push(Ground::Limits);
+                proposed.bases.push(ProposalBasis::Limits);
             }
             _ => proposed.doubts.push(Doubt::Sign),
         }
@@ -89,14 +88,15 @@ impl<'a> SharedMotion<'a> {
         robot: &'a RobotFile,
         kind: LogKind,
     ) -> Option<(Self, usize)> {
-        let own = file_of(columns, ENCODER)?;
+        let own = file_of(columns, ENCODER_COLUMN)?;
         let (first, other) = [POSITION, reflector(0).start]
             .into_iter()
             .find_map(|column| Some((column, file_of(columns, column)?)))?;
         let of = |file: usize, column: usize| series(columns, raws, Some(file), column);
-        let time = of(own, TIME)?;
-        let seen_time = of(other, TIME)?;
-        let encoders = (0..JOINTS).map(|i| of(own, ENCODER + i)).collect::<Option<Vec<_>>>()?;
+        let time = of(own, TIME_COLUMN)?;
+        let seen_time = of(other, TIME_COLUMN)?;
+        let encoders =
+            (0..JOINTS).map(|i| of(own, ENCODER_COLUMN + i)).collect::<Option<Vec<_>>>()?;
         let points = (0..3).map(|i| of(other, first + i)).collect::<Option<Vec<_>>>()?;
         let seen = (0..seen_time.len())
             .map(|k| Vector3::new(points[0][k], points[1][k], points[2][k]))
@@ -107,7 +107,7 @@ impl<'a> SharedMotion<'a> {
         if kind == LogKind::StaticLoad && !by_rows {
             return None;
         }
-        let rows = thinned(&(0..time.len()).collect::<Vec<_>>(), TRIED);
+        let rows = thinned(&(0..time.len()).collect::<Vec<_>>(), SIGN_ROWS);
         Some((Self { robot, first, time, encoders, seen_time, seen, turned, by_rows, rows }, other))
     }
 
@@ -137,7 +137,7 @@ impl<'a> SharedMotion<'a> {
         }
         let time: Vec<f64> = self.rows.iter().map(|row| self.time[*row]).collect();
         let (seen, seen_time) =
-            (thinned(&self.seen, 4 * TRIED), thinned(&self.seen_time, 4 * TRIED));
+            (thinned(&self.seen, 4 * SIGN_ROWS), thinned(&self.seen_time, 4 * SIGN_ROWS));
         let a = Points { time: &time, point: &path };
         let b = Points { time: &seen_time, point: &seen };
         clock_between(&a, &b).map_or(f64::INFINITY, |fitted| {
@@ -150,7 +150,7 @@ impl<'a> SharedMotion<'a> {
     }
 
     /// How much less or more than seen the tool turned from its first pose, which is the same in
-    /// every frame, m at [`LEVER`]. `there`: the tracker's row at a row of the encoders.
+    /// every frame, m at [`ROTATION_LENGTH`]. `there`: the tracker's row at a row of the encoders.
     fn turn_left(&self, signs: usize, there: impl Fn(usize) -> usize) -> f64 {
         let Some(turned) = &self.turned else { return 0.0 };
         let pairs: Vec<_> = self
@@ -164,7 +164,7 @@ impl<'a> SharedMotion<'a> {
         let angle =
             |from: &Matrix3<f64>, to: &Matrix3<f64>| rotation_vector(&from.tr_mul(to)).norm();
         let squares: f64 = pairs.iter().map(|(a, b)| (angle(&a0, a) - angle(&b0, b)).powi(2)).sum();
-        LEVER * (squares / pairs.len() as f64).sqrt()
+        ROTATION_LENGTH * (squares / pairs.len() as f64).sqrt()
     }
 }
 
@@ -185,7 +185,7 @@ pub(super) fn motion(
     let Some((shared, other)) = SharedMotion::find(columns, raws, robot, kind) else { return };
     // Signs that the limits tell are not tried.
     let axis = |c: &ProposedColumn| {
-        (0..JOINTS).find(|i| c.is(ENCODER + i)).filter(|_| c.doubts.contains(&Doubt::Sign))
+        (0..JOINTS).find(|i| c.is(ENCODER_COLUMN + i)).filter(|_| c.doubts.contains(&Doubt::Sign))
     };
     let mask = columns.iter().filter_map(axis).fold(0, |mask, i| mask | (1 << i));
     let tried: Vec<usize> = (0..1 << JOINTS).filter(|signs| signs & !mask == 0).collect();
@@ -222,7 +222,7 @@ pub(super) fn motion(
             results.iter().find(|(_, s)| flipped(*s)).map_or(f64::INFINITY, |(left, _)| *left);
         if best < FITS && others > 2.0 * best + 0.002 {
             column.doubts.retain(|d| *d != Doubt::Sign);
-            column.grounds.push(Ground::Motion { left: best, others });
+            column.bases.push(ProposalBasis::Motion { left: best, others });
             if signs & (1 << i) != 0
                 && let Ok(mapping) = &mut column.mapping
             {
@@ -241,8 +241,8 @@ pub(super) fn motion(
 /// Rotation vectors of the tool, in whatever form a file has them.
 fn rotations(columns: &[ProposedColumn], raws: &[Raw], file: usize) -> Option<Vec<Vector3<f64>>> {
     let of = |column: usize| series(columns, raws, Some(file), column);
-    let columns = (0..ALL).map(of).collect();
-    let mut track = Track { clock: None, columns, rounding: vec![0.0; ALL] };
+    let columns = (0..MAPPABLE_COLUMNS).map(of).collect();
+    let mut track = FileTrack { clock: None, columns, rounding: vec![0.0; MAPPABLE_COLUMNS] };
     to_rotation_vectors(&mut track);
     let rotation = LogChannel::Rotation.columns();
     let rows = 0..track.time().len();
@@ -254,10 +254,10 @@ fn rotations(columns: &[ProposedColumn], raws: &[Raw], file: usize) -> Option<Ve
 
 /// Signs of the torques, by what the model needs for the motion.
 pub(super) fn torque_signs(columns: &mut [ProposedColumn], raws: &[Raw], robot: &RobotFile) {
-    let own = file_of(columns, ENCODER);
+    let own = file_of(columns, ENCODER_COLUMN);
     let encoders: Option<Vec<Vec<f64>>> =
-        (0..JOINTS).map(|i| series(columns, raws, own, ENCODER + i)).collect();
-    let time = series(columns, raws, own, TIME);
+        (0..JOINTS).map(|i| series(columns, raws, own, ENCODER_COLUMN + i)).collect();
+    let time = series(columns, raws, own, TIME_COLUMN);
     let whole = |v: &[f64]| v.iter().all(|x| x.is_finite());
     let predicted: Option<Vec<JointVector<f64>>> = match (encoders, time) {
         (Some(q), Some(time)) if time.len() > 200 && q.iter().all(|q| whole(q)) => {
@@ -285,7 +285,8 @@ pub(super) fn torque_signs(columns: &mut [ProposedColumn], raws: &[Raw], robot: 
     for i in 0..JOINTS {
         let measured = series(columns, raws, own, TORQUE + i);
         // Against an angle whose sign is open, a torque's sign is open too.
-        let open = columns.iter().any(|c| c.is(ENCODER + i) && c.doubts.contains(&Doubt::Sign));
+        let open =
+            columns.iter().any(|c| c.is(ENCODER_COLUMN + i) && c.doubts.contains(&Doubt::Sign));
         let Some(column) = columns.iter_mut().find(|c| c.is(TORQUE + i)) else { continue };
         let correlation = match (&predicted, measured) {
             (Some(predicted), Some(measured)) if measured.len() == predicted.len() => {
@@ -300,7 +301,7 @@ pub(super) fn torque_signs(columns: &mut [ProposedColumn], raws: &[Raw], robot: 
             column.doubts.push(Doubt::Sign);
             continue;
         }
-        column.grounds.push(Ground::ModelTorque(correlation.abs()));
+        column.bases.push(ProposalBasis::ModelTorque(correlation.abs()));
         if let (true, Ok(mapping)) = (correlation < 0.0, &mut column.mapping) {
             mapping.factor = -mapping.factor;
         }

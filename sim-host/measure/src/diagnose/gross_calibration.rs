@@ -2,9 +2,9 @@
 //! softer than its file says. What is expected of calibrations holds each of them small, so that an
 //! effect, or several others that act as it does, would be named in its place.
 
-use super::rules::{self, at_floor, counts};
+use super::rules::{self, is_significant, within_noise};
 use crate::fit::calibration::is_calibration;
-use crate::fit::{self, Effort, End, FitProblem, FitState, Fitted};
+use crate::fit::{self, FitProblem, FitState, Fitted, SolverOptions, Termination};
 use nalgebra::DVector;
 use rayon::prelude::*;
 use trueweld_plant::effects::Location;
@@ -14,17 +14,17 @@ use trueweld_plant::effects::Location;
 /// less than `best` does, the best effect of the library; where that acts at the same place, the
 /// calibration need only do as well, for it has less freedom. `None` where there is none, or no time to
 /// look.
-pub(super) fn beyond_expected(
-    bench: &FitProblem,
+pub(super) fn gross_calibration(
+    problem: &FitProblem,
     blocks: &[Vec<u8>],
     null: &Fitted,
     best: Option<&Fitted>,
 ) -> Option<Fitted> {
-    if bench.is_late() {
+    if problem.is_late() {
         return None;
     }
-    let tied = rules::TIED * rules::trust(best.unwrap_or(null));
-    let place = best.and_then(|best| Some(best.point.all.last()?.at));
+    let tied = rules::TIED * rules::variance_inflation(best.unwrap_or(null));
+    let place = best.and_then(|best| Some(best.point.shared.last()?.at));
     let alone = null.cost - tied;
     let dearest = |at: Location| match best {
         Some(best) if place == Some(at) => alone.min(best.cost + tied),
@@ -36,36 +36,36 @@ pub(super) fn beyond_expected(
     let Released { at, point, size } = released(null, promised)?;
     // Others have made up for it: from where it stands alone, and then with the slopes that are where
     // it stands, for so far away even those that hardly bend are others.
-    let tried = SIZES.par_iter().filter_map(|share| {
+    let tried = RELEASED_SIZE_SHARES.par_iter().filter_map(|share| {
         let point = point.moved(&(&size * *share));
-        Some((fit::chi_square(&fit::residuals(bench, &point).ok()?), point))
+        Some((fit::chi_square(&fit::residuals(problem, &point).ok()?), point))
     });
     let (_, start) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let near = Effort::steps(NEAR, start.free.len());
-    let mut fitted = fit::fit(bench, &start, blocks, &[], near).ok()?;
-    for _ in 0..AGAIN {
-        if bench.is_late() {
+    let near = SolverOptions::steps(FIXED_SLOPE_STEPS, start.free.len());
+    let mut fitted = fit::fit(problem, &start, blocks, &[], near).ok()?;
+    for _ in 0..RELEASED_FITS_MAX {
+        if problem.is_late() {
             return None;
         }
-        fitted = fit::fit(bench, &fitted.point, blocks, &[], Effort::full(0)).ok()?;
-        if matches!(fitted.end, End::Arrived | End::Near) {
+        fitted = fit::fit(problem, &fitted.point, blocks, &[], SolverOptions::full(0)).ok()?;
+        if matches!(fitted.termination, Termination::Converged | Termination::SmallDecrease) {
             break;
         }
     }
     // Others may act as it does, each larger than expected: those explain as much, and cost more.
-    let explains =
-        at_floor(bench, &fitted.at) && (at_floor(bench, &null.at) || counts(bench, null, &fitted));
+    let explains = within_noise(problem, &fitted.residuals)
+        && (within_noise(problem, &null.residuals) || is_significant(problem, null, &fitted));
     (explains && fitted.cost < dearest(at)).then_some(fitted)
 }
 
 /// Shares of the size that slopes give at which it is tried alone: what swings has slopes that say
 /// little of it.
-const SIZES: [f64; 7] = [0.25, 0.5, 0.7, 0.85, 1.0, 1.4, 2.0];
+const RELEASED_SIZE_SHARES: [f64; 7] = [0.25, 0.5, 0.7, 0.85, 1.0, 1.4, 2.0];
 
 /// Steps with the slopes where it stands alone, and how often a fit goes on with those where it has
 /// come to.
-const NEAR: usize = 3;
-const AGAIN: usize = 3;
+const FIXED_SLOPE_STEPS: usize = 3;
+const RELEASED_FITS_MAX: usize = 3;
 
 /// A calibration of which nothing is expected.
 struct Released {
@@ -103,7 +103,7 @@ fn released(null: &Fitted, promised: impl Fn(Location) -> f64) -> Option<Release
         let (size, deviations) = (&linear.away + &found.step, found.deviations());
         let beyond = |k: &usize| {
             let expected = point.free[*k].expected / unit(*k);
-            size[*k].abs() > rules::BEYOND * expected.max(deviations[*k])
+            size[*k].abs() > rules::GROSS_CALIBRATION_DEVIATIONS * expected.max(deviations[*k])
         };
         let cost = linear.cost(&found.step);
         let promises = cost < promised(name(group[0]).1);

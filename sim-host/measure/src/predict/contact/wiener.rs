@@ -15,18 +15,18 @@ use nalgebra::Vector3;
 const KERNEL: [f64; 5] = [0.0625, 0.25, 0.375, 0.25, 0.0625];
 
 /// Samples to either side over which the mean square is taken, in widths of an octave.
-const AROUND: usize = 8;
+const MEAN_SQUARE_REACH: usize = 8;
 
 /// What is kept of a series, octave by octave.
 #[derive(Debug, Clone)]
-pub(super) struct Likeliest {
+pub(super) struct WienerSmoother {
     /// Samples between two of those that are taken apart.
     stride: usize,
     /// Kept shares along each axis, for each octave and place.
     kept: Vec<Vec<Vector3<f64>>>,
 }
 
-impl Likeliest {
+impl WienerSmoother {
     /// What to keep of a smoothed series in which noise has this autocovariance, at lags in samples.
     pub fn of(series: &[Vector3<f64>], stride: usize, covariance: impl Fn(usize) -> f64) -> Self {
         let seldom = thinned(series, stride);
@@ -39,7 +39,7 @@ impl Likeliest {
             for part in part {
                 sums.push(sums[sums.len() - 1] + part.component_mul(part));
             }
-            let reach = AROUND << octave;
+            let reach = MEAN_SQUARE_REACH << octave;
             let share = |k: usize| {
                 let (from, to) = (k.saturating_sub(reach), (k + reach + 1).min(part.len()));
                 let square = (sums[to] - sums[from]) / (to - from) as f64;
@@ -159,7 +159,7 @@ mod tests {
         let mut seen: Vec<Vector3<f64>> =
             noise.iter().enumerate().map(|(k, n)| truth(k) + n).collect();
         let white = |lag: usize| if lag == 0 { 1.0 } else { 0.0 };
-        Likeliest::of(&seen, 1, white).keep(&mut seen);
+        WienerSmoother::of(&seen, 1, white).keep(&mut seen);
         let left: Vec<Vector3<f64>> = seen.iter().enumerate().map(|(k, v)| v - truth(k)).collect();
         assert!(mean_square(&left[480..740]) < 1.1, "{}", mean_square(&left[480..740]));
         assert!(mean_square(&left[1000..]) < 0.15, "{}", mean_square(&left[1000..]));

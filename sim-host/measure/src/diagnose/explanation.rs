@@ -3,9 +3,10 @@
 //!
 //! Apart from the search, since many diagnoses need none of it.
 
-use super::{Candidate, Diagnosis, FittedEffect, Progress, Verdict, parts, rules};
+use super::{Candidate, Diagnosis, DiagnosisVerdict, FittedEffect, ProgressCallback, parts, rules};
 use crate::data::log::{Log, LogKind};
 use crate::diagnose::evidence::{EffectCurve, evidence};
+use crate::experiment::RIVALS_MAX;
 use crate::experiment::{Plan, next_experiment};
 use crate::fit::calibration::is_calibration;
 use crate::fit::{FitProblem, Residuals};
@@ -15,26 +16,23 @@ use trueweld_plant::effects::Effect;
 use trueweld_plant::input::RobotFile;
 
 /// Explanations whose curves are drawn: the first so many.
-const DRAWN: usize = 3;
-
-/// Explanations that an experiment is to tell apart, at most.
-const RIVALS: usize = 3;
+const DRAWN_EXPLANATIONS: usize = 3;
 
 /// Probability of the best explanation from which on no further experiment is asked for.
-const SURE: f64 = 0.9;
+const SURE_PROBABILITY: f64 = 0.9;
 
 /// What is told of a diagnosis.
 #[derive(Debug, Clone)]
 pub struct Explanation {
     /// Of its candidates, in their order.
-    pub reasons: Vec<Reason>,
+    pub reasons: Vec<ExplanationReason>,
     /// What to record to tell the leading explanations apart, where they are not.
     pub next_experiment: Option<Plan>,
 }
 
 /// Why an explanation is believed.
 #[derive(Debug, Clone)]
-pub struct Reason {
+pub struct ExplanationReason {
     /// What it improves most; `None` where it improves no channel.
     pub improved: Option<ImprovedChannel>,
     /// The curve that shows each of its effects, in their order; `None` where the logs draw none.
@@ -55,23 +53,24 @@ pub struct ImprovedChannel {
     pub after: f64,
 }
 
-/// Tells of a diagnosis. `bench` and `logs`: those it was made from.
-pub fn tell(
-    bench: &FitProblem,
+/// Tells of a diagnosis. `problem` and `logs`: those it was made from.
+pub fn explain(
+    problem: &FitProblem,
     logs: &[Log],
     diagnosis: &Diagnosis,
-    progress: Progress<'_>,
+    progress: ProgressCallback<'_>,
 ) -> Explanation {
     progress("drawing the evidence", 0.0);
     let Some(robot) = logs.first().map(|log| &log.robot) else {
         return Explanation { reasons: Vec::new(), next_experiment: None };
     };
     let all = diagnosis.candidates.par_iter().enumerate();
-    let reasons = all.map(|(k, c)| reason(bench, logs, diagnosis, (c, k < DRAWN))).collect();
+    let reasons =
+        all.map(|(k, c)| reason(problem, logs, diagnosis, (c, k < DRAWN_EXPLANATIONS))).collect();
     progress("planning the next experiment", 0.6);
     let rivals = rivals(diagnosis, robot);
     let mut next_experiment =
-        if rivals.is_empty() { None } else { next_experiment(bench, logs, &rivals) };
+        if rivals.is_empty() { None } else { next_experiment(problem, logs, &rivals) };
     // The fits in full say more of the logs so far than what is left from where they end.
     let cost = |name: &String| {
         let of = diagnosis.candidates.iter().find(|c| c.name(robot) == *name);
@@ -85,25 +84,30 @@ pub fn tell(
     Explanation { reasons, next_experiment }
 }
 
-/// Why the best explanation is believed, without what else [`tell`] tells; none where there is no
-/// explanation.
-pub fn reason_of_best(bench: &FitProblem, logs: &[Log], diagnosis: &Diagnosis) -> Option<Reason> {
+/// Why the best explanation is believed, without what else [`explain`] tells; none where there is
+/// no explanation.
+pub fn reason_of_best(
+    problem: &FitProblem,
+    logs: &[Log],
+    diagnosis: &Diagnosis,
+) -> Option<ExplanationReason> {
     let best = diagnosis.candidates.first()?;
-    Some(reason(bench, logs, diagnosis, (best, true)))
+    Some(reason(problem, logs, diagnosis, (best, true)))
 }
 
 fn reason(
-    bench: &FitProblem,
+    problem: &FitProblem,
     logs: &[Log],
     diagnosis: &Diagnosis,
     (candidate, drawn): (&Candidate, bool),
-) -> Reason {
-    let curve = |effect: &Effect| evidence(bench, logs, &diagnosis.null, &candidate.fitted, effect);
+) -> ExplanationReason {
+    let curve =
+        |effect: &Effect| evidence(problem, logs, &diagnosis.null, &candidate.fitted, effect);
     // A calibration is what the model without any is judged by.
     let calibrated = !candidate.effects.iter().all(|f| is_calibration(f.effect.kind));
-    let without = if calibrated { &diagnosis.null.at } else { &diagnosis.before };
-    Reason {
-        improved: improved(bench, without, &candidate.fitted.at),
+    let without = if calibrated { &diagnosis.null.residuals } else { &diagnosis.before };
+    ExplanationReason {
+        improved: improved(problem, without, &candidate.fitted.residuals),
         evidence: candidate
             .effects
             .iter()
@@ -114,11 +118,15 @@ fn reason(
 }
 
 /// The kind of logs and the channel whose sum of squares falls most.
-fn improved(bench: &FitProblem, before: &Residuals, after: &Residuals) -> Option<ImprovedChannel> {
+fn improved(
+    problem: &FitProblem,
+    before: &Residuals,
+    after: &Residuals,
+) -> Option<ImprovedChannel> {
     let mut sums: BTreeMap<(usize, &'static str), [f64; 3]> = BTreeMap::new();
     let mut add = |residuals: &Residuals, which: usize| {
-        for ((log, channel), part) in parts(bench, residuals) {
-            let kind = bench.experiments[log].kind;
+        for ((log, channel), part) in parts(problem, residuals) {
+            let kind = problem.logs[log].kind;
             let place = LogKind::ALL.iter().position(|k| *k == kind).unwrap_or(0);
             let sum = sums.entry((place, channel)).or_default();
             sum[which] += part.square;
@@ -146,9 +154,10 @@ fn rivals(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<(String, Vec<Effect>)
         return Vec::new();
     };
     let tied = &best.indistinguishable;
-    let sure =
-        diagnosis.verdict == Verdict::EffectFound && best.probability >= SURE && tied.is_empty();
-    if diagnosis.verdict == Verdict::Adequate || sure || !best.explains() {
+    let sure = diagnosis.verdict == DiagnosisVerdict::EffectFound
+        && best.probability >= SURE_PROBABILITY
+        && tied.is_empty();
+    if diagnosis.verdict == DiagnosisVerdict::Adequate || sure || !best.explains() {
         return Vec::new();
     }
     let beside: Vec<usize> = match tied.as_slice() {
@@ -156,7 +165,7 @@ fn rivals(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<(String, Vec<Effect>)
         tied => tied.to_vec(),
     };
     let candidates =
-        std::iter::once(0).chain(beside).take(RIVALS).map(|k| &diagnosis.candidates[k]);
+        std::iter::once(0).chain(beside).take(RIVALS_MAX).map(|k| &diagnosis.candidates[k]);
     candidates
         .map(|c| (c.name(robot), c.effects.iter().map(|f| f.effect.clone()).collect()))
         .collect()
@@ -167,7 +176,7 @@ impl Diagnosis {
     /// calibration is the answer, of the model as it was given.
     pub fn held_out_without(&self) -> f64 {
         match self.verdict {
-            Verdict::EffectFound if self.chosen.is_empty() => self.score_before,
+            DiagnosisVerdict::EffectFound if self.chosen.is_empty() => self.score_before,
             _ => self.held_out_calibrated,
         }
     }

@@ -7,18 +7,18 @@ use super::resample::median_step;
 use std::ops::Range;
 
 /// Readings that a judgement rests on, at least.
-const FEWEST: usize = 20;
+const HELD_READINGS_MIN: usize = 20;
 
 /// Least share of the readings that stand for about as many rows as most do: what stands still, or
 /// creeps by one step of a coarse instrument now and then, repeats itself without a rule.
-const REGULAR: f64 = 0.9;
+const REGULAR_SHARE_MIN: f64 = 0.9;
 
 /// Least share of the rows that repeat the one before.
 const OFTEN: f64 = 0.2;
 
 /// Least change from one reading to the next, in steps of the instrument's resolution. Below, it may
 /// well read the same twice.
-const RESOLVED: f64 = 3.0;
+const RESOLVED_CHANGE_STEPS: f64 = 3.0;
 
 /// Most that readings may come late, in rows, where they are taken to be evenly apart: each stands in
 /// the first row that is written after it.
@@ -26,7 +26,7 @@ const LATE: f64 = 1.05;
 
 /// Readings that are held.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Held {
+pub(crate) struct SampleHold {
     /// Rows that a reading stands for, on average.
     pub every: f64,
     /// The first row of each reading.
@@ -34,15 +34,15 @@ pub(crate) struct Held {
 }
 
 /// What an instrument reads, where it holds its readings. `series`: all that it reads at once.
-pub(crate) fn held(series: &[&[f64]]) -> Option<Held> {
+pub(crate) fn sample_hold(series: &[&[f64]]) -> Option<SampleHold> {
     let readings = readings(series);
     let mut lengths: Vec<f64> = readings.iter().map(|r| r.len() as f64).collect();
-    let usual = median(&mut lengths).filter(|_| readings.len() >= FEWEST)?;
+    let usual = median(&mut lengths).filter(|_| readings.len() >= HELD_READINGS_MIN)?;
     let is_regular = |r: &&Range<usize>| (r.len() as f64 - usual).abs() <= 1.0;
     let regular: Vec<&Range<usize>> = readings.iter().filter(is_regular).collect();
     let rows: usize = regular.iter().map(|r| r.len()).sum();
     let often = (rows - regular.len()) as f64 >= OFTEN * rows as f64;
-    let rule = regular.len() as f64 >= REGULAR * readings.len() as f64;
+    let rule = regular.len() as f64 >= REGULAR_SHARE_MIN * readings.len() as f64;
     if !(often && rule && series.iter().any(|s| is_resolved(s, &readings))) {
         return None;
     }
@@ -52,10 +52,10 @@ pub(crate) fn held(series: &[&[f64]]) -> Option<Held> {
         let count = (r.len() as f64 / every).round().max(1.0) as usize;
         (0..count).map(|k| r.start + (k as f64 * every).round() as usize).collect::<Vec<_>>()
     };
-    Some(Held { every, first: readings.iter().flat_map(again).collect() })
+    Some(SampleHold { every, first: readings.iter().flat_map(again).collect() })
 }
 
-impl Held {
+impl SampleHold {
     /// When each reading was taken, as the rows' times tell: evenly apart where each can have come
     /// with the first row after that, and with its row otherwise.
     pub fn instants(&self, time: &[f64]) -> Vec<f64> {
@@ -102,7 +102,7 @@ fn is_resolved(series: &[f64], readings: &[Range<usize>]) -> bool {
     let next = readings.windows(2).filter(|w| w[0].end == w[1].start);
     let mut changes: Vec<f64> =
         next.map(|w| (series[w[1].start] - series[w[0].start]).abs()).collect();
-    median(&mut changes).is_some_and(|change| change > RESOLVED * resolution(series))
+    median(&mut changes).is_some_and(|change| change > RESOLVED_CHANGE_STEPS * resolution(series))
 }
 
 #[cfg(test)]
@@ -134,7 +134,7 @@ mod tests {
             let first = |k: usize| ((k as f64 / every).floor() * every).ceil() as usize;
             let slow = tracked.each_ref().map(|s| (0..ROWS).map(|k| s[first(k)]).collect());
             let slow: [Vec<f64>; 2] = slow;
-            let found = held(&[&slow[0], &slow[1]]).unwrap();
+            let found = sample_hold(&[&slow[0], &slow[1]]).unwrap();
             let own: Vec<usize> = (0..ROWS).filter(|k| first(*k) == *k).collect();
             assert_eq!(found.first, own);
             assert!((found.every - every).abs() < 0.01, "{}", found.every);
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn what_reads_the_same_for_another_reason_is_not_held() {
-        let none = |what: &str, series: &[f64]| assert_eq!(held(&[series]), None, "{what}");
+        let none = |what: &str, series: &[f64]| assert_eq!(sample_hold(&[series]), None, "{what}");
         none("noise", &rows(20.0, 0.01, |k| 4000.0 * moving(k)));
         none("no noise", &rows(0.0, 1e-8, moving));
         none("a stop", &rows(0.0, 1e-8, |k| moving(k.min(500.0))));

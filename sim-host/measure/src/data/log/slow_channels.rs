@@ -1,43 +1,49 @@
 //! Instruments that are slower than the file that they are written in, and hold their readings there:
 //! each is read as if it had a file of its own.
 
-use super::columns::{ABC, MATRIX, QUATERNION, REFLECTORS, TIME, reflector, shown_name};
+use super::columns::{
+    ABC, MATRIX, QUATERNION, REFLECTOR_COUNT, TIME_COLUMN, reflector, shown_name,
+};
 use super::notice::LogNotice;
-use super::track::Track;
-use crate::data::channel::{CHANNELS, LogChannel};
-use crate::data::held::{Held, held};
+use super::track::FileTrack;
+use crate::data::channel::{LOG_CHANNELS, LogChannel};
 use crate::data::kind::LogKind;
+use crate::data::sample_hold::{SampleHold, sample_hold};
 use std::ops::Range;
 
 /// Takes such instruments out of a track: the tracks that they make. Rows at rest have nothing between
 /// them.
-pub(super) fn slower(track: &mut Track, kind: LogKind, notices: &mut Vec<LogNotice>) -> Vec<Track> {
+pub(super) fn split_slow_channels(
+    track: &mut FileTrack,
+    kind: LogKind,
+    notices: &mut Vec<LogNotice>,
+) -> Vec<FileTrack> {
     if kind == LogKind::StaticLoad {
         return Vec::new();
     }
-    let measured = CHANNELS
+    let measured = LOG_CHANNELS
         .iter()
         .map(|channel| channel.id)
         .filter(|id| !matches!(id, LogChannel::Time | LogChannel::Spindle | LogChannel::Payload));
     let instruments: Vec<Range<usize>> = measured
         .map(LogChannel::columns)
         .chain([ABC, QUATERNION, MATRIX])
-        .chain((0..REFLECTORS).map(reflector))
+        .chain((0..REFLECTOR_COUNT).map(reflector))
         .collect();
-    let mut all: Vec<(Held, Track)> = Vec::new();
+    let mut all: Vec<(SampleHold, FileTrack)> = Vec::new();
     for instrument in instruments {
         let there: Vec<usize> = instrument.filter(|c| track.columns[*c].is_some()).collect();
         let series: Vec<&[f64]> =
             there.iter().filter_map(|c| track.columns[*c].as_deref()).collect();
-        let Some(found) = held(&series) else { continue };
+        let Some(found) = sample_hold(&series) else { continue };
         // What is read together stays together.
         let place = all.iter().position(|(known, _)| *known == found).unwrap_or_else(|| {
-            let mut own = Track {
+            let mut own = FileTrack {
                 clock: track.clock.clone(),
                 columns: vec![None; track.columns.len()],
                 rounding: track.rounding.clone(),
             };
-            own.columns[TIME] = Some(found.instants(track.time()));
+            own.columns[TIME_COLUMN] = Some(found.instants(track.time()));
             all.push((found, own));
             all.len() - 1
         });

@@ -4,7 +4,7 @@ use super::found::{effects_of, found};
 use super::rules;
 use crate::fit::calibration::is_calibration;
 use crate::fit::{
-    self, EffectScope, Effort, FitProblem, FitState, Fitted, FreeParameter, Linear, Slopes,
+    self, EffectScope, FitProblem, FitState, Fitted, FreeParameter, Linear, Slopes, SolverOptions,
 };
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -12,7 +12,7 @@ use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Location};
 
 /// Deviation of a value, as a share of what was expected of it before, from which on the data carry
 /// little of it.
-const CARRIED: f64 = 0.5;
+const POORLY_KNOWN_SHARE: f64 = 0.5;
 
 /// Takes those values out of `kept` that the postures say little of: of how links are mounted, what
 /// is known hardly better than before. The least known goes first, for another that it is
@@ -33,7 +33,7 @@ fn drop_unknown(point: &FitState, linear: &Linear, kept: &mut Vec<usize>) -> boo
         let least_known =
             (0..kept.len()).max_by(|a, b| share(kept[*a]).total_cmp(&share(kept[*b])));
         match least_known {
-            Some(k) if share(kept[k]) > CARRIED => kept.remove(k),
+            Some(k) if share(kept[k]) > POORLY_KNOWN_SHARE => kept.remove(k),
             _ => break,
         };
     }
@@ -55,7 +55,7 @@ fn slopes_of(
             (like.kind.id, like.at, other.parameter) == (effect.kind.id, effect.at, free.parameter);
         // A joint has waves of several orders, each with its values.
         let own = match (free.of, other.of) {
-            (EffectScope::All(_), EffectScope::All(_)) => {
+            (EffectScope::Shared(_), EffectScope::Shared(_)) => {
                 like.values == effect.values || is_calibration(like.kind)
             }
             _ => true,
@@ -76,7 +76,7 @@ fn slopes_of(
 
 /// The values of one calibration at one place: of every log, or one for all logs.
 #[derive(Clone)]
-struct Group {
+struct CalibrationGroup {
     name: (&'static str, Location),
     /// True for how links are mounted.
     of_postures: bool,
@@ -87,22 +87,22 @@ struct Group {
 struct Choice<'f> {
     linear: &'f Linear,
     /// What the sum of squares is to be trusted by.
-    trust: f64,
+    inflation: f64,
     kept: Vec<usize>,
-    names: Vec<Group>,
+    names: Vec<CalibrationGroup>,
     cost: f64,
     step: DVector<f64>,
 }
 
 impl Choice<'_> {
     /// What a group's values cost.
-    fn price(&self, group: &Group) -> f64 {
-        self.trust * (rules::KEEP + rules::KEEP_EACH * group.values.len() as f64)
+    fn price(&self, group: &CalibrationGroup) -> f64 {
+        self.inflation * (rules::KEEP + rules::KEEP_EACH * group.values.len() as f64)
     }
 
     /// Adds groups by steps, each the one that brings the most, as long as that is more than it
     /// costs.
-    fn add(&mut self, groups: &mut Vec<Group>) {
+    fn add(&mut self, groups: &mut Vec<CalibrationGroup>) {
         loop {
             let tried = groups.par_iter().enumerate().filter_map(|(g, group)| {
                 let with: Vec<usize> = self.kept.iter().chain(&group.values).copied().collect();
@@ -141,7 +141,7 @@ impl Choice<'_> {
 
 /// Adds to the groups of values that every log has of its own the same with one value for all logs.
 /// Gives the values that each of these moves; they come after all of the point.
-fn in_all_logs(point: &FitState, groups: &mut Vec<Group>) -> Vec<Vec<usize>> {
+fn in_all_logs(point: &FitState, groups: &mut Vec<CalibrationGroup>) -> Vec<Vec<usize>> {
     let mut sums: Vec<Vec<usize>> = Vec::new();
     for group in groups.clone() {
         let of_log = |k: &usize| matches!(point.free[*k].of, EffectScope::Log(..));
@@ -157,7 +157,7 @@ fn in_all_logs(point: &FitState, groups: &mut Vec<Group>) -> Vec<Vec<usize>> {
             group.values.iter().copied().filter(|k| parameter(k) == *wanted).collect()
         }));
         let values = (first..point.free.len() + sums.len()).collect();
-        groups.push(Group { values, ..group });
+        groups.push(CalibrationGroup { values, ..group });
     }
     sums
 }
@@ -165,13 +165,13 @@ fn in_all_logs(point: &FitState, groups: &mut Vec<Group>) -> Vec<Vec<usize>> {
 /// Keeps of the calibrations those that count, then refits. How links are mounted comes last, for
 /// what the others explain: its many values bend to a little of everything. Calibrations that are
 /// the same in all logs become one for all. Gives the groups kept.
-pub(crate) fn sparse(
-    bench: &FitProblem,
+pub(crate) fn select_calibrations(
+    problem: &FitProblem,
     blocks: &[Vec<u8>],
     fitted: &Fitted,
 ) -> (Fitted, Vec<(&'static str, Location)>) {
     let point = &fitted.point;
-    let mut groups: Vec<Group> = Vec::new();
+    let mut groups: Vec<CalibrationGroup> = Vec::new();
     let mut kept: Vec<usize> = Vec::new();
     for (k, free) in point.free.iter().enumerate() {
         let effect = point.effect(free.of);
@@ -182,22 +182,22 @@ pub(crate) fn sparse(
         let name = (effect.kind.id, effect.at);
         match groups.iter_mut().find(|g| g.name == name) {
             Some(group) => group.values.push(k),
-            None => groups.push(Group {
+            None => groups.push(CalibrationGroup {
                 name,
                 of_postures: calibration.scope == CalibrationScope::Postures,
                 values: vec![k],
             }),
         }
     }
-    let trust = rules::trust(fitted);
+    let inflation = rules::variance_inflation(fitted);
     let sums = in_all_logs(point, &mut groups);
     let linear = fitted.linear.with_sums(&sums);
     let Some((cost, step)) = linear.with_only(&kept) else {
         return (fitted.clone(), Vec::new());
     };
-    let (mut mounting, mut other): (Vec<Group>, Vec<Group>) =
+    let (mut mounting, mut other): (Vec<CalibrationGroup>, Vec<CalibrationGroup>) =
         groups.into_iter().partition(|g| g.of_postures);
-    let mut choice = Choice { linear: &linear, trust, kept, names: Vec::new(), cost, step };
+    let mut choice = Choice { linear: &linear, inflation, kept, names: Vec::new(), cost, step };
     choice.add(&mut other);
     choice.add(&mut mounting);
     choice.drop_spare();
@@ -232,10 +232,10 @@ pub(crate) fn sparse(
         let of = free.find(|of| (point.effect(*of).kind.id, point.effect(*of).at) == (id, at));
         of.map_or(Vec::new(), |of| point.expected(of))
     };
-    let mut reduced = FitState::empty(bench.experiments.len());
+    let mut reduced = FitState::empty(problem.logs.len());
     // Effects first, then what is kept of the calibrations.
     for i in effects_of(fitted) {
-        reduced.add(point.all[i].clone());
+        reduced.add(point.shared[i].clone());
     }
     for free in point.free.iter().filter(|f| f.parameter == 0) {
         let effect = point.effect(free.of);
@@ -245,9 +245,9 @@ pub(crate) fn sparse(
     }
     for (id, at) in &names {
         let own: Vec<&Effect> = all
-            .all
+            .shared
             .iter()
-            .chain(all.each.iter().flatten())
+            .chain(all.per_log.iter().flatten())
             .filter(|e| e.kind.id == *id && e.at == *at)
             .collect();
         let mean = (0..own[0].values.len())
@@ -259,7 +259,7 @@ pub(crate) fn sparse(
         reduced.add_expected(Effect { values: mean, ..own[0].clone() }, &known);
     }
     let refit = |point: &FitState, known: &[Slopes]| {
-        fit::fit(bench, point, blocks, known, Effort::full(0)).ok()
+        fit::fit(problem, point, blocks, known, SolverOptions::full(0)).ok()
     };
     let known: Vec<Slopes> = reduced
         .free
@@ -273,18 +273,18 @@ pub(crate) fn sparse(
     let mut apart = common.point.clone();
     let mut split = false;
     for (id, at) in &names {
-        let Some(i) = apart.all.iter().position(|e| e.kind.id == *id && e.at == *at) else {
+        let Some(i) = apart.shared.iter().position(|e| e.kind.id == *id && e.at == *at) else {
             continue;
         };
-        let logs: Vec<usize> = (0..bench.experiments.len())
-            .filter(|l| point.each[*l].iter().any(|e| e.kind.id == *id && e.at == *at))
+        let logs: Vec<usize> = (0..problem.logs.len())
+            .filter(|l| point.per_log[*l].iter().any(|e| e.kind.id == *id && e.at == *at))
             .collect();
         if logs.len() < 2 {
             continue;
         }
-        let effect = apart.all[i].clone();
-        apart.all[i] = effect.kind.neutral(effect.at);
-        apart.free.retain(|f| f.of != EffectScope::All(i));
+        let effect = apart.shared[i].clone();
+        apart.shared[i] = effect.kind.neutral(effect.at);
+        apart.free.retain(|f| f.of != EffectScope::Shared(i));
         for log in &logs {
             apart.add_to_log(*log, effect.clone(), &expected(id, *at));
         }
@@ -297,21 +297,21 @@ pub(crate) fn sparse(
         .collect();
     if split && let Some(apart) = refit(&apart, &known) {
         let more = apart.point.free.len().saturating_sub(common.point.free.len()) as f64;
-        if common.cost - apart.cost > trust * (rules::KEEP + rules::KEEP_EACH * more) {
-            return without_doubtful(bench, blocks, (apart, names));
+        if common.cost - apart.cost > inflation * (rules::KEEP + rules::KEEP_EACH * more) {
+            return drop_insignificant(problem, blocks, (apart, names));
         }
     }
-    without_doubtful(bench, blocks, (common, names))
+    drop_insignificant(problem, blocks, (common, names))
 }
 
 /// The fit without those calibrations whose intervals all hold nothing, the least sure first: those
 /// that brought their price beside others that are gone, or of residuals that follow each other.
-pub(super) fn without_doubtful(
-    bench: &FitProblem,
+pub(super) fn drop_insignificant(
+    problem: &FitProblem,
     blocks: &[Vec<u8>],
     (fitted, mut names): (Fitted, Vec<(&'static str, Location)>),
 ) -> (Fitted, Vec<(&'static str, Location)>) {
-    let all = found(bench, &fitted, |of| is_calibration(fitted.point.effect(of).kind));
+    let all = found(problem, &fitted, |of| is_calibration(fitted.point.effect(of).kind));
     // How far the surest of its values is from nothing, in half of its interval.
     let sure = |name: &(&str, Location)| {
         let own = all.iter().filter(|f| (f.effect.kind.id, f.effect.at) == *name);
@@ -333,11 +333,11 @@ pub(super) fn without_doubtful(
     let is_kept = |effect: &Effect| {
         !is_calibration(effect.kind) || names.contains(&(effect.kind.id, effect.at))
     };
-    let mut point = FitState::empty(bench.experiments.len());
-    for (i, effect) in fitted.point.all.iter().enumerate().filter(|(_, e)| is_kept(e)) {
-        point.add_expected(effect.clone(), &fitted.point.expected(EffectScope::All(i)));
+    let mut point = FitState::empty(problem.logs.len());
+    for (i, effect) in fitted.point.shared.iter().enumerate().filter(|(_, e)| is_kept(e)) {
+        point.add_expected(effect.clone(), &fitted.point.expected(EffectScope::Shared(i)));
     }
-    for (log, own) in fitted.point.each.iter().enumerate() {
+    for (log, own) in fitted.point.per_log.iter().enumerate() {
         for (i, effect) in own.iter().enumerate().filter(|(_, e)| is_kept(e)) {
             let expected = fitted.point.expected(EffectScope::Log(log, i));
             point.add_to_log(log, effect.clone(), &expected);
@@ -347,10 +347,10 @@ pub(super) fn without_doubtful(
     let known: Vec<Slopes> =
         slopes.map_while(|free| slopes_of(&point, free, (&fitted.point, &fitted.slopes))).collect();
     let values = (fitted.point.free.len() - point.free.len()) as f64;
-    let price = rules::trust(&fitted) * (rules::KEEP + rules::KEEP_EACH * values);
-    match fit::fit(bench, &point, blocks, &known, Effort::full(0)) {
+    let price = rules::variance_inflation(&fitted) * (rules::KEEP + rules::KEEP_EACH * values);
+    match fit::fit(problem, &point, blocks, &known, SolverOptions::full(0)) {
         Ok(fewer) if fewer.cost - fitted.cost < price => {
-            without_doubtful(bench, blocks, (fewer, names))
+            drop_insignificant(problem, blocks, (fewer, names))
         }
         _ => {
             names.insert(least, dropped);
@@ -372,7 +372,8 @@ mod tests {
         }
         point.add_to_log(0, neutral("encoder-offset", Location::Joint(0)), &[1e-4]);
         point.add_expected(neutral("stiffness-error", Location::Joint(0)), &[0.1]);
-        let group = |id, at, values| Group { name: (id, at), of_postures: false, values };
+        let group =
+            |id, at, values| CalibrationGroup { name: (id, at), of_postures: false, values };
         let mut groups = vec![
             group("force-offset", Location::Cell, (0..6).collect()),
             group("encoder-offset", Location::Joint(0), vec![6]),

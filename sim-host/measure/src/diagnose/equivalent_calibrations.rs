@@ -2,24 +2,24 @@
 //! link before it, the zero of its encoder and a link that is mounted turned about that axis are one.
 
 use super::{FittedEffect, rules};
-use crate::fit::{self, EffectScope, Effort, FitProblem, Fitted, Slopes, unit};
+use crate::fit::{self, EffectScope, FitProblem, Fitted, Slopes, SolverOptions, unit};
 use trueweld_plant::effects::{EffectKind, Location};
 
 /// Cosine between what two values do to the residuals from which on they do the same.
-const SAME: f64 = 0.99;
+const EQUIVALENT_COSINE: f64 = 0.99;
 
 /// One value of a calibration at one place, in all logs.
-type Value = (&'static str, Location, usize);
+type CalibrationValue = (&'static str, Location, usize);
 
 /// Fits with another calibration in place of `named`, which is one for all logs of `improved`, that
 /// the logs do not tell from it; with the name of each. `null`: the fit with all calibrations free.
-pub(super) fn in_its_place(
-    bench: &FitProblem,
+pub(super) fn equivalent_calibrations(
+    problem: &FitProblem,
     blocks: &[Vec<u8>],
     (null, improved): (&Fitted, &Fitted),
     named: (&'static str, Location),
 ) -> Vec<((&'static str, Location), Fitted)> {
-    let all = &improved.point.all;
+    let all = &improved.point.shared;
     let Some(index) = all.iter().position(|e| (e.kind.id, e.at) == named) else {
         return Vec::new();
     };
@@ -32,7 +32,7 @@ pub(super) fn in_its_place(
     let Some((own, own_unit)) = column(null, (named.0, named.1, most)) else {
         return Vec::new();
     };
-    let mut others: Vec<Value> = Vec::new();
+    let mut others: Vec<CalibrationValue> = Vec::new();
     for free in null.point.free.iter().filter(|free| free.expected.is_finite()) {
         let other = null.point.effect(free.of);
         let value = (other.kind.id, other.at, free.parameter);
@@ -41,30 +41,30 @@ pub(super) fn in_its_place(
             others.push(value);
         }
     }
-    let in_place = |value: &Value| {
+    let in_place = |value: &CalibrationValue| {
         let (column, unit) = column(null, *value)?;
         let pull = dot(&own, &column);
         let square = dot(&column, &column);
         let alike = pull.abs() / (square * dot(&own, &own)).sqrt();
-        if alike.is_nan() || alike < SAME {
+        if alike.is_nan() || alike < EQUIVALENT_COSINE {
             return None;
         }
         let (id, at, parameter) = *value;
         // Its other values stay free: what they take of what is not fitted is no matter of this one.
         let mut point = improved.point.clone();
-        point.all[index].values[most] =
+        point.shared[index].values[most] =
             effect.kind.parameters[most].without_effect(effect.values[most]);
-        point.free.retain(|f| (f.of, f.parameter) != (EffectScope::All(index), most));
+        point.free.retain(|f| (f.of, f.parameter) != (EffectScope::Shared(index), most));
         let mut other = EffectKind::of(id)?.neutral(at);
         other.values[parameter] = effect.values[most] / own_unit * pull / square * unit;
         let mut expected = vec![0.0; other.values.len()];
         expected[parameter] = other.values[parameter].abs();
         point.add_expected(other, &expected);
-        let fitted = fit::fit(bench, &point, blocks, &[], Effort::full(0)).ok()?;
-        let tied = fitted.cost < improved.cost + rules::TIED * rules::trust(improved);
+        let fitted = fit::fit(problem, &point, blocks, &[], SolverOptions::full(0)).ok()?;
+        let tied = fitted.cost < improved.cost + rules::TIED * rules::variance_inflation(improved);
         tied.then_some(((id, at), fitted))
     };
-    others.iter().filter(|_| !bench.is_late()).filter_map(in_place).collect()
+    others.iter().filter(|_| !problem.is_late()).filter_map(in_place).collect()
 }
 
 /// Widens intervals of a calibration in place of `named` to that share of its value that the logs know
@@ -84,7 +84,7 @@ pub(super) fn share(named: &[FittedEffect], other: &mut [FittedEffect]) {
 }
 
 /// What a value does to the residuals in all logs, in the fit's units, and the size of one.
-fn column(null: &Fitted, (id, at, parameter): Value) -> Option<(Slopes, f64)> {
+fn column(null: &Fitted, (id, at, parameter): CalibrationValue) -> Option<(Slopes, f64)> {
     let point = &null.point;
     let mut sum: Option<(Slopes, f64)> = None;
     for (free, slopes) in point.free.iter().zip(&null.slopes) {

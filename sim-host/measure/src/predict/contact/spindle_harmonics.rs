@@ -28,10 +28,10 @@
 //! make) goes through the effects, and the rest as the nominal contact has it.
 
 use super::super::instruments::{sensed, unread};
-use super::super::{Compared, Model, Quantity};
-use super::likeliest::signal_share;
-use super::tool::{Held, Weld};
-use crate::data::noise::Level;
+use super::super::{BaselineModel, Compared, ComparedQuantity};
+use super::tool::{LoadedTool, RecordedWeld};
+use super::wiener::signal_share;
+use crate::data::noise::NoiseLevel;
 use nalgebra::{Complex, Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
 use trueweld_core::{JointVector, Robot};
 use trueweld_plant::input::Process;
@@ -39,13 +39,13 @@ use trueweld_plant::process::{Reaction, reaction};
 use trueweld_plant::robot::{Channel, ElasticRobot, Ports, Readings};
 
 /// Orders of the spindle at which the force is compared, as far as the sampling tells them apart.
-const ORDERS: usize = 6;
+const COMPARED_ORDERS: usize = 6;
 
 /// Share of a line that may be lost where readings are filled.
-const FILLED: f64 = 0.03;
+const FILLED_LINE_LOSS_MAX: f64 = 0.03;
 
 /// How far apart two lines must lie for the filter to tell them apart, in widths of its band.
-const APART: f64 = 2.0;
+const LINE_SEPARATION_MIN: f64 = 2.0;
 
 /// Share to which the arm's compliance at the spindle's orders is known: its effects change it, and
 /// its motors.
@@ -53,15 +53,15 @@ const COMPLIANCE_KNOWN: f64 = 0.5;
 
 /// Phases of a turn at which the force on a shaken tool is taken: products of three orders do not
 /// fold onto a lower one.
-const PHASES: usize = 32;
+const TURN_PHASES: usize = 32;
 
 /// Fall of the sum of squares from which on the lines tell another angle of the spindle than the
 /// format's 0 at the first row: that of a calibration of one value that is kept.
-const TOLD: f64 = 31.0;
+const SPINDLE_ANGLE_FALL_MIN: f64 = 31.0;
 
 /// The spindle's lines in the force of a weld.
 #[derive(Debug, Clone)]
-pub(super) struct Lines {
+pub(super) struct SpindleHarmonics {
     encoder: Vec<JointVector<f64>>,
     /// Twice the cosine and the sine of the spindle's angle, times each order.
     waves: Vec<[Vec<f64>; 2]>,
@@ -69,7 +69,7 @@ pub(super) struct Lines {
     /// velocity at every row, in W.
     pub shake: Vec<[Vector3<f64>; 2]>,
     /// What the arm makes of the ripple, for every compared row and order.
-    loops: Vec<[Closed; ORDERS]>,
+    loops: Vec<[Closed; COMPARED_ORDERS]>,
     /// Orders whose lines, folded by the sampling where they lie beyond half its rate, fall on no
     /// lower one.
     orders: Vec<usize>,
@@ -83,25 +83,25 @@ pub(super) struct Lines {
     arm: Robot<f64>,
     process: Process,
     /// Every compared row.
-    places: Vec<Place>,
+    places: Vec<ShakenRow>,
 }
 
 /// What shakes the tool at a compared row, by order.
 #[derive(Debug, Clone)]
-struct Place {
+struct ShakenRow {
     row: usize,
     q: JointVector<f64>,
     /// The tool, carrying the push.
-    held: Held,
+    held: LoadedTool,
     /// Amplitudes of the motors as they were read, and the share of each that noise does not make.
-    motors: [SVector<Complex<f64>, 6>; ORDERS],
-    shares: [JointVector<f64>; ORDERS],
+    motors: [SVector<Complex<f64>, 6>; COMPARED_ORDERS],
+    shares: [JointVector<f64>; COMPARED_ORDERS],
     /// The ripple of the force on a tool that does not shake.
-    still: [Vector3<Complex<f64>>; ORDERS],
+    still: [Vector3<Complex<f64>>; COMPARED_ORDERS],
 }
 
 /// Amplitudes of the tool in W, by order: what the ripple makes, and what the motors move.
-type Shake = [[Vector3<Complex<f64>>; 2]; ORDERS];
+type Shake = [[Vector3<Complex<f64>>; 2]; COMPARED_ORDERS];
 
 /// (1 + Z C)⁻¹ at one row and order, and what of the force comes with the motors' own motion.
 #[derive(Debug, Clone, Copy, Default)]
@@ -137,24 +137,24 @@ fn alone(turning: f64, apart: f64) -> Vec<usize> {
         (turns - turns.round()).abs()
     };
     // From -n to n - 1.
-    (1..=ORDERS).filter(|n| (1..=2 * n).all(|away| folded(away) >= apart)).collect()
+    (1..=COMPARED_ORDERS).filter(|n| (1..=2 * n).all(|away| folded(away) >= apart)).collect()
 }
 
-impl Lines {
+impl SpindleHarmonics {
     /// Closes the loop of contact and arm at every compared row, and shakes the tool with what
     /// comes of it. `encoder`: readings and their noise; `turning`: turns of the spindle a second;
     /// `band`, Hz, of the slow force.
     pub fn new(
-        weld: &Weld,
-        (encoder, level): (&[JointVector<f64>], &[Level]),
-        model: &Model,
+        weld: &RecordedWeld,
+        (encoder, level): (&[JointVector<f64>], &[NoiseLevel]),
+        model: &BaselineModel,
         turning: f64,
         band: f64,
     ) -> Self {
         let wave = |n: usize, f: fn(f64) -> f64| {
             weld.angle.iter().map(|a| 2.0 * f(n as f64 * a)).collect::<Vec<f64>>()
         };
-        let orders = alone(turning * weld.period, APART * band * weld.period);
+        let orders = alone(turning * weld.period, LINE_SEPARATION_MIN * band * weld.period);
         // Straight lines between every nth of rows that are T apart lose (π f T)² (n² − 1)/3 of a slow
         // wave of frequency f.
         let lost = |order: usize| {
@@ -163,12 +163,16 @@ impl Lines {
         };
         let mut lines = Self {
             encoder: encoder.to_vec(),
-            waves: (1..=ORDERS).map(|n| [wave(n, f64::cos), wave(n, f64::sin)]).collect(),
+            waves: (1..=COMPARED_ORDERS).map(|n| [wave(n, f64::cos), wave(n, f64::sin)]).collect(),
             shake: vec![[Vector3::zeros(); 2]; encoder.len()],
             loops: Vec::new(),
-            read: orders.iter().copied().filter(|order| lost(*order) <= FILLED).collect(),
+            read: orders
+                .iter()
+                .copied()
+                .filter(|order| lost(*order) <= FILLED_LINE_LOSS_MAX)
+                .collect(),
             orders,
-            aside: APART * band / turning,
+            aside: LINE_SEPARATION_MIN * band / turning,
             measured: Vec::new(),
             arm: model.robot.clone(),
             process: weld.process(model),
@@ -178,7 +182,7 @@ impl Lines {
         lines
     }
 
-    fn close(&mut self, weld: &Weld, level: &[Level]) {
+    fn close(&mut self, weld: &RecordedWeld, level: &[NoiseLevel]) {
         self.places = self.placed(weld, level);
         let nominal = self.places.iter().map(|place| self.closed(weld, &self.arm, place));
         let (loops, amplitude): (Vec<_>, Vec<_>) = nominal.unzip();
@@ -201,7 +205,7 @@ impl Lines {
     }
 
     /// What shakes the tool at every compared row.
-    fn placed(&self, weld: &Weld, level: &[Level]) -> Vec<Place> {
+    fn placed(&self, weld: &RecordedWeld, level: &[NoiseLevel]) -> Vec<ShakenRow> {
         let encoder: Vec<Vec<f64>> =
             (0..6).map(|i| self.encoder.iter().map(|q| q[i]).collect()).collect();
         let smooth: Vec<Vec<f64>> = encoder.iter().map(|e| weld.low.smooth(0, e)).collect();
@@ -211,8 +215,9 @@ impl Lines {
             .map(|(e, s)| e.iter().zip(s).map(|(a, b)| a - b).collect())
             .collect();
         // By order and row.
-        let mut motors = vec![vec![SVector::<Complex<f64>, 6>::zeros(); weld.rows.len()]; ORDERS];
-        let mut shares = [JointVector::zeros(); ORDERS];
+        let mut motors =
+            vec![vec![SVector::<Complex<f64>, 6>::zeros(); weld.rows.len()]; COMPARED_ORDERS];
+        let mut shares = [JointVector::zeros(); COMPARED_ORDERS];
         for order in self.orders.clone() {
             let motors = &mut motors[order - 1];
             for (motor, &row) in motors.iter_mut().zip(&weld.rows) {
@@ -224,13 +229,13 @@ impl Lines {
         let force = weld.forces(&self.process, &Ports::default(), &weld.motion, None);
         let force = weld.quick_vectors(&force);
         let still = |row: usize| {
-            let mut still = [Vector3::zeros(); ORDERS];
+            let mut still = [Vector3::zeros(); COMPARED_ORDERS];
             for &order in &self.orders {
                 still[order - 1] = self.amplitude(weld, order, row, &force);
             }
             still
         };
-        let place = |(k, &row): (usize, &usize)| Place {
+        let place = |(k, &row): (usize, &usize)| ShakenRow {
             row,
             q: JointVector::from_fn(|i, _| smooth[i][row]),
             held: weld.held(&self.process, row),
@@ -242,11 +247,16 @@ impl Lines {
     }
 
     /// The loop at a place, closed through an arm, and how the tool shakes there.
-    fn closed(&self, weld: &Weld, arm: &Robot<f64>, place: &Place) -> ([Closed; ORDERS], Shake) {
-        let Place { row, q, held, motors, shares, still } = place;
-        let mut closed = [Closed::default(); ORDERS];
-        let mut shake: Shake = [[Vector3::zeros(); 2]; ORDERS];
-        let mut contact = [[Matrix3::zeros(); 2]; ORDERS];
+    fn closed(
+        &self,
+        weld: &RecordedWeld,
+        arm: &Robot<f64>,
+        place: &ShakenRow,
+    ) -> ([Closed; COMPARED_ORDERS], Shake) {
+        let ShakenRow { row, q, held, motors, shares, still } = place;
+        let mut closed = [Closed::default(); COMPARED_ORDERS];
+        let mut shake: Shake = [[Vector3::zeros(); 2]; COMPARED_ORDERS];
+        let mut contact = [[Matrix3::zeros(); 2]; COMPARED_ORDERS];
         for n in self.orders.iter().map(|order| order - 1) {
             let at = |omega| shaken(&weld.axes[*row], arm, &held.reaction, q, omega);
             let (fast, slow) = (at(turning(weld, n + 1)), at(folded(weld, n + 1)));
@@ -274,7 +284,7 @@ impl Lines {
 
     /// Position and velocity, in W, of a tool that shakes with these amplitudes, the spindle at an
     /// angle: what the ripple makes turns with the spindle, what the motors move as their samples do.
-    fn at_phase(&self, weld: &Weld, amplitude: &Shake, angle: f64) -> [Vector3<f64>; 2] {
+    fn at_phase(&self, weld: &RecordedWeld, amplitude: &Shake, angle: f64) -> [Vector3<f64>; 2] {
         let mut shake = [Vector3::zeros(); 2];
         for &order in &self.orders {
             let wave = Complex::from_polar(1.0, order as f64 * angle);
@@ -290,12 +300,17 @@ impl Lines {
     /// By how much the spindle was ahead of the angles taken for it, rad: where the lines as they are
     /// `compared` fit the model's best, should they tell that it was not at 0. What comes with the
     /// motors' motion is as it was recorded, whatever the angle.
-    pub fn start_angle(&self, weld: &Weld, model: &Model, compared: &[Compared]) -> Option<f64> {
+    pub fn start_angle(
+        &self,
+        weld: &RecordedWeld,
+        model: &BaselineModel,
+        compared: &[Compared],
+    ) -> Option<f64> {
         /// Angles that are tried.
-        const TRIED: usize = 720;
+        const SPINDLE_ANGLES_TRIED: usize = 720;
         let forces = weld.forces(&weld.process(model), &Ports::default(), &weld.motion, None);
         let still = weld.quick_vectors(&forces);
-        let mut match_of = [Complex::new(0.0, 0.0); ORDERS];
+        let mut match_of = [Complex::new(0.0, 0.0); COMPARED_ORDERS];
         let mut values = compared.chunks_exact(6);
         for &order in &self.read {
             for ((k, &row), values) in weld.rows.iter().enumerate().zip(values.by_ref()) {
@@ -316,13 +331,14 @@ impl Lines {
             };
             match_of.iter().enumerate().map(turned).sum::<f64>()
         };
-        let angles = (0..TRIED).map(|k| k as f64 * std::f64::consts::TAU / TRIED as f64);
+        let angles = (0..SPINDLE_ANGLES_TRIED)
+            .map(|k| k as f64 * std::f64::consts::TAU / SPINDLE_ANGLES_TRIED as f64);
         let best = angles.max_by(|a, b| alike(*a).total_cmp(&alike(*b)))?;
-        if 2.0 * (alike(best) - alike(0.0)) < TOLD {
+        if 2.0 * (alike(best) - alike(0.0)) < SPINDLE_ANGLE_FALL_MIN {
             return None;
         }
         // The top of the parabola through it and its neighbours.
-        let step = std::f64::consts::TAU / TRIED as f64;
+        let step = std::f64::consts::TAU / SPINDLE_ANGLES_TRIED as f64;
         let [low, top, high] = [best - step, best, best + step].map(alike);
         let bend = low - 2.0 * top + high;
         Some(if bend < 0.0 { best + 0.5 * step * (low - high) / bend } else { best })
@@ -332,9 +348,9 @@ impl Lines {
     /// `encoder`: of the encoders.
     pub fn compare(
         &mut self,
-        weld: &Weld,
-        model: &Model,
-        (level, encoder): (&[Level], &[Level]),
+        weld: &RecordedWeld,
+        model: &BaselineModel,
+        (level, encoder): (&[NoiseLevel], &[NoiseLevel]),
         compared: &mut Vec<Compared>,
     ) {
         let white = 2.0 * weld.low.gain(0);
@@ -352,7 +368,7 @@ impl Lines {
                     for (sine, value) in [(false, amplitude[c].re), (true, -amplitude[c].im)] {
                         self.measured.push(value);
                         compared.push(Compared {
-                            quantity: Quantity::Ripple { order: order as u8, sine },
+                            quantity: ComparedQuantity::Ripple { order: order as u8, sine },
                             component: c as u8,
                             row,
                             measured: value,
@@ -368,7 +384,7 @@ impl Lines {
 
     /// Mean square of what a series holds to either side of an order's line: the arm shakes a
     /// little of itself, and most where it likes to.
-    fn beside(&self, weld: &Weld, order: usize, series: &[f64]) -> f64 {
+    fn beside(&self, weld: &RecordedWeld, order: usize, series: &[f64]) -> f64 {
         let mut squares = Vec::new();
         for order in [order as f64 - self.aside, order as f64 + self.aside] {
             let wave = |f: fn(f64) -> f64| {
@@ -388,9 +404,9 @@ impl Lines {
     /// per deviation of a demodulated reading.
     fn driven_noise(
         &self,
-        weld: &Weld,
-        model: &Model,
-        encoder: &[Level],
+        weld: &RecordedWeld,
+        model: &BaselineModel,
+        encoder: &[NoiseLevel],
         order: usize,
         k: usize,
     ) -> Vector3<f64> {
@@ -407,7 +423,7 @@ impl Lines {
     /// Complex amplitude of a vector series at an order around a row: x = Re(z exp(i n φ)).
     fn amplitude(
         &self,
-        weld: &Weld,
+        weld: &RecordedWeld,
         order: usize,
         row: usize,
         series: &[Vec<f64>; 3],
@@ -418,7 +434,7 @@ impl Lines {
     /// The same of one series.
     fn amplitude_of(
         &self,
-        weld: &Weld,
+        weld: &RecordedWeld,
         order: usize,
         row: usize,
         series: impl Fn(usize) -> f64,
@@ -432,7 +448,11 @@ impl Lines {
 
     /// The loops closed through the nominal arm with what gears that remember add to its springs;
     /// `None` where none does.
-    fn stiffer(&self, weld: &Weld, robot: &ElasticRobot) -> Option<Vec<[Closed; ORDERS]>> {
+    fn stiffer(
+        &self,
+        weld: &RecordedWeld,
+        robot: &ElasticRobot,
+    ) -> Option<Vec<[Closed; COMPARED_ORDERS]>> {
         if robot.ports.memories() == 0 {
             return None;
         }
@@ -446,7 +466,7 @@ impl Lines {
     /// Measured less predicted, N, where `still` is the force on a tool that does not shake.
     pub fn residual(
         &self,
-        weld: &Weld,
+        weld: &RecordedWeld,
         robot: &ElasticRobot,
         still: &[Vector3<f64>],
         residual: &mut Vec<f64>,
@@ -487,7 +507,7 @@ impl Lines {
 /// `white`: variance of a part of an amplitude per variance of a reading.
 fn trusted(
     amplitudes: &[SVector<Complex<f64>, 6>],
-    level: &[Level],
+    level: &[NoiseLevel],
     white: f64,
 ) -> JointVector<f64> {
     JointVector::from_fn(|i, _| {
@@ -498,14 +518,14 @@ fn trusted(
 }
 
 /// Angular frequency of an order, rad/s; signed, as a spindle turns.
-fn turning(weld: &Weld, order: usize) -> f64 {
+fn turning(weld: &RecordedWeld, order: usize) -> f64 {
     order as f64 * weld.process.spindle
 }
 
 /// The slowest angular frequency whose samples are those of an order, rad/s; negative where
 /// they run backwards. Motors move this slowly rather than as fast as an order beyond half the
 /// sampling rate.
-fn folded(weld: &Weld, order: usize) -> f64 {
+fn folded(weld: &RecordedWeld, order: usize) -> f64 {
     let rate = std::f64::consts::TAU / weld.period;
     turning(weld, order) - rate * (turning(weld, order) / rate).round()
 }
@@ -535,11 +555,11 @@ fn shaken(
 /// does not, in W: of the nominal process. `shake`: position and velocity by the spindle's angle.
 fn beside_linear(
     process: &Process,
-    held: &Held,
+    held: &LoadedTool,
     shake: impl Fn(f64) -> [Vector3<f64>; 2],
 ) -> impl Fn(usize) -> Vector3<Complex<f64>> {
-    let angle = |k: usize| k as f64 * std::f64::consts::TAU / PHASES as f64;
-    let differences: [Vector3<f64>; PHASES] = std::array::from_fn(|k| {
+    let angle = |k: usize| k as f64 * std::f64::consts::TAU / TURN_PHASES as f64;
+    let differences: [Vector3<f64>; TURN_PHASES] = std::array::from_fn(|k| {
         let [by, at] = shake(angle(k));
         let force = |position, velocity| {
             let ports = Ports::default();
@@ -549,7 +569,7 @@ fn beside_linear(
     });
     move |order| {
         let turned = |(k, difference): (usize, &Vector3<f64>)| {
-            let wave = Complex::from_polar(2.0 / PHASES as f64, -(order as f64) * angle(k));
+            let wave = Complex::from_polar(2.0 / TURN_PHASES as f64, -(order as f64) * angle(k));
             difference.map(|d| wave * d)
         };
         differences.iter().enumerate().map(turned).sum()
