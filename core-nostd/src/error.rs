@@ -34,7 +34,8 @@ pub enum KinematicsError {
     /// The arm is not of the decoupled-wrist family that the closed form covers
     /// (A1 vertical, A2 ∥ A3 horizontal, A4 A5 A6 through one point).
     NotDecoupled,
-    /// The wrist centre lies outside the reach of this branch.
+    /// The wrist centre lies outside the reach of this branch; or Newton's method does not come to
+    /// the pose from where it began.
     Unreachable,
     /// A4 and A6 are in line (or the wrist centre is on axis A1): the angles are not unique.
     Singular,

@@ -3,8 +3,10 @@
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
+use trueweld_core::scalar::{Real, lit};
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{Branch, Displacement, JOINTS, JointVector, KinematicsError, Pose, Robot};
+use trueweld_plant::simulate::postures_at;
 use trueweld_tests::{
     KR500, cases, cast, configuration, kr500, kr500_parameters, number, pose_difference, rate,
     regular_configuration, seen, vertical_weld_pose, widen, within, wrapped,
@@ -275,6 +277,107 @@ fn another_kind_of_arm_is_refused() {
         KinematicsError::NotDecoupled
     );
     assert_eq!(tilted.branch_of(&JointVector::zeros()), Err(KinematicsError::NotDecoupled));
+}
+
+/// The KR 500 with A5 beside axis A4 and A6 beside axis A5: no wrist centre.
+fn offset_wrist<T: Real>() -> Robot<T> {
+    let mut parameters = kr500_parameters::<T>();
+    parameters.joints[4].origin += Vector3::new(lit(0.0), lit(0.12), lit(0.05));
+    parameters.joints[5].origin += Vector3::new(lit(0.0), lit(-0.08), lit(0.10));
+    Robot::new(parameters).unwrap()
+}
+
+/// An arm with the axes and lengths of a UR10e (its data sheet: 0.1807, 0.6127, 0.57155, 0.17415,
+/// 0.11985 and 0.11655 m): A2, A3 and A4 parallel, no two wrist axes through one point with a third.
+fn three_parallel_axes() -> Robot<f64> {
+    let mut parameters = kr500_parameters::<f64>();
+    let (y, z) = (Vector3::y(), Vector3::z());
+    let origins = [
+        Vector3::zeros(),
+        Vector3::new(0.0, 0.0, 0.1807),
+        Vector3::new(0.6127, 0.0, 0.0),
+        Vector3::new(0.57155, 0.17415, 0.0),
+        Vector3::new(0.0, 0.0, -0.11985),
+        Vector3::new(0.0, 0.11655, 0.0),
+    ];
+    for (k, (origin, axis)) in origins.into_iter().zip([z, y, y, y, -z, y]).enumerate() {
+        (parameters.joints[k].origin, parameters.joints[k].axis) = (origin, axis);
+        parameters.joints[k].limits = [-6.2, 6.2];
+    }
+    Robot::new(parameters).unwrap()
+}
+
+proptest! {
+    #[test]
+    fn without_a_spherical_wrist_the_inverse_leads_back_from_nearby(
+        share in prop::array::uniform6(0.1..0.9_f64),
+        away in prop::array::uniform6(-0.05..0.05_f64),
+    ) {
+        for robot in [offset_wrist::<f64>(), three_parallel_axes()] {
+            let q = JointVector::from_fn(|i, _| {
+                let [low, high] = robot.parameters().joints[i].limits;
+                low + share[i] * (high - low)
+            });
+            let near = q + JointVector::from_column_slice(&away);
+            let pose = robot.forward_kinematics(&q);
+            // Next to a singular posture another way to reach the pose may be as near.
+            let back = robot.inverse_near(&pose, &near);
+            match back {
+                Ok(back) => {
+                    prop_assert!(pose_difference(&robot.forward_kinematics(&back), &pose) < 1e-11);
+                    let jacobian = robot.frames(&q).jacobian().0;
+                    if jacobian.svd(false, false).singular_values.min() > 0.15 {
+                        prop_assert!((back - q).amax() < 1e-9, "{}", (back - q).amax());
+                    }
+                }
+                Err(error) => prop_assert!(matches!(error, KinematicsError::Limit(_)), "{error:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn where_there_is_a_closed_form_newtons_method_agrees_with_it(
+        share in prop::array::uniform6(0.1..0.9_f64),
+        away in prop::array::uniform6(-0.02..0.02_f64),
+    ) {
+        let q = JointVector::from_fn(|i, _| {
+            let [low, high] = KR500.parameters().joints[i].limits;
+            low + share[i] * (high - low)
+        });
+        prop_assume!(KR500.frames(&q).jacobian().0.svd(false, false).singular_values.min() > 0.15);
+        let near = q + JointVector::from_column_slice(&away);
+        let pose = KR500.forward_kinematics(&q);
+        let (closed, newton) = (KR500.inverse_near(&pose, &near), KR500.inverse_from(&pose, &near));
+        prop_assert!((closed.unwrap() - newton.unwrap()).amax() < 1e-9);
+    }
+}
+
+#[test]
+fn an_offset_wrist_follows_the_weld_in_either_precision() {
+    let (double, single) = (offset_wrist::<f64>(), offset_wrist::<f32>());
+    let start = vertical_weld_pose(-1.0);
+    let mut q = postures_at(&double, &start).unwrap()[0];
+    let mut q32 = cast::<f32, 6, 1>(&q);
+    for step in 0..=200 {
+        let pose = vertical_weld_pose(-1.0 + 0.01 * f64::from(step));
+        q = double.inverse_near(&pose, &q).unwrap();
+        q32 = single.inverse_near(&trueweld_tests::cast_pose(&pose), &q32).unwrap();
+        assert!(pose_difference(&double.forward_kinematics(&q), &pose) < 1e-11);
+        // 64 roundings of f32, and those of the forward kinematics of 3.5 m.
+        assert!(pose_difference(&double.forward_kinematics(&widen(&q32)), &pose) < 2e-5);
+    }
+}
+
+#[test]
+fn a_pose_out_of_reach_is_told_as_such_without_a_closed_form() {
+    let far = Pose { position: Vector3::new(9.0, 0.0, 1.0), ..vertical_weld_pose(0.0) };
+    let robot = offset_wrist::<f64>();
+    assert_eq!(robot.inverse_from(&far, &JointVector::zeros()), Err(KinematicsError::Unreachable));
+    let nothing = Pose { position: Vector3::repeat(f64::NAN), ..far };
+    assert_eq!(
+        robot.inverse_from(&nothing, &JointVector::zeros()),
+        Err(KinematicsError::NotFinite)
+    );
 }
 
 #[test]

@@ -37,6 +37,56 @@ fn what_is_recorded_of_the_model_scores_one() {
     assert!(!place.path().join("campaign/truth.toml").exists());
 }
 
+/// The KR 500 with A5 beside the axis of A4, and A6 beside that of A5.
+#[test]
+fn an_arm_without_a_spherical_wrist_welds_and_is_recorded_and_compared() {
+    let place = Workspace::new();
+    let mut joint = 0;
+    let line = |line: &str| {
+        joint += usize::from(line == "[[joint]]");
+        match (joint, line.starts_with("origin_m")) {
+            (5, true) => "origin_m = [1.025, 0.12, 0.05]\n".to_owned(),
+            (6, true) => "origin_m = [0.0, -0.08, 0.10]\n".to_owned(),
+            _ => format!("{line}\n"),
+        }
+    };
+    let robot = fs::read_to_string(fixture("robots/kr500-mt.toml")).unwrap();
+    fs::write(place.path().join("robot.toml"), robot.lines().map(line).collect::<String>())
+        .unwrap();
+    place.done(&["check", "robot.toml"]);
+
+    let off = |law: &str| {
+        let weld = ["weld", "--robot", "robot.toml", "--weld", "short.toml", "--compensator", law];
+        place.done(&[&weld[..], &["--json", "weld.json", "-q"]].concat());
+        let runs = place.json("weld.json")["runs"].clone();
+        let last = runs.as_array().unwrap().last().unwrap().clone();
+        last["lateral_m"]["max_abs"].as_f64().unwrap()
+    };
+    // The arm bends as much as with its own wrist, and the law corrects it as well.
+    let (bare, corrected) = (off("none"), off("seam-tracking"));
+    assert!((2e-3..8e-3).contains(&bare), "{bare}");
+    assert!(corrected < 0.2e-3, "{corrected}");
+
+    let weld = fixture("welds/coupon.toml");
+    let protocol = format!(
+        "schema = \"protocol/1\"\nrobot = \"robot.toml\"\nprocess = {:?}\nseed = 1\n[[log]]\nname = \"weld\"\n\
+         kind = \"weld\"\nweld = {weld:?}\n",
+        fixture("processes/lap-weld-2024-t3.toml")
+    );
+    fs::write(place.path().join("protocol.toml"), protocol).unwrap();
+    place.done(&["record", "protocol.toml", "--out", "campaign", "-q"]);
+    place.done(&["compare", "campaign", "--json", "compare.json", "-q"]);
+    let score = place.json("compare.json")["score"].as_f64().unwrap();
+    assert!((0.7..1.1).contains(&score), "{score}");
+
+    // What only branches can say is refused in a sentence.
+    let layout = ["study", "layout", "--robot", "robot.toml", "--weld", "short.toml"];
+    let refused = place.run(&[&layout[..], &["--compensator", "none", "-q"]].concat());
+    let told = String::from_utf8_lossy(&refused.stderr).into_owned()
+        + &String::from_utf8_lossy(&refused.stdout);
+    assert!(told.contains("spherical wrist"), "{told}");
+}
+
 /// The KR 210 without its tool: a light wrist, and the damper of its drive on it.
 #[test]
 fn a_wrist_that_swings_faster_than_the_step_is_recorded_and_compared() {

@@ -10,6 +10,7 @@ use nalgebra::{Matrix6, Vector3};
 use std::f64::consts::PI;
 use trueweld_core::{JOINTS, JointVector, Pose, Robot, Wrench};
 use trueweld_measure::experiment::SafeSpace;
+use trueweld_plant::simulate::postures_at;
 
 /// What the laboratory has.
 #[derive(Debug, Clone, PartialEq)]
@@ -212,8 +213,8 @@ fn by_hand(space: &SafeSpace<'_>, options: &PlanOptions) -> Vec<PlannedLoad> {
     let reach = SafeSpace::reach(robot);
     let posture = |share: f64| {
         let pose = Pose { position: Vector3::new(share * reach, 0.0, 0.2 * reach), rotation: down };
-        let all = robot.inverse_all(&pose).ok()?;
-        all.iter().map(|(_, q)| *q).find(|q| space.bears(q, &Wrench::zero()))
+        let all = postures_at(robot, &pose).ok()?;
+        all.into_iter().find(|q| space.bears(q, &Wrench::zero()))
     };
     let found: Vec<JointVector<f64>> =
         [0.45, 0.5, 0.55, 0.6, 0.65].into_iter().filter_map(posture).collect();

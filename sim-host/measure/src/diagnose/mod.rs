@@ -135,7 +135,7 @@ pub struct Diagnosis {
     pub confusable: Vec<Confusable>,
     /// What the residual of the improved model still goes with, where it is above the floor.
     pub unexplained: Vec<Finding>,
-    /// What there was no time for, and fits that did not arrive.
+    /// What there was no time for, and fits that did not converge.
     pub incomplete: Vec<Incomplete>,
 }
 
@@ -216,7 +216,7 @@ pub fn diagnose(
         }
         singles.splice(0..0, together);
     }
-    // Calibrations that an effect is missing beside need not arrive anywhere.
+    // Calibrations that an effect is missing beside need not converge.
     let answer = if chosen.is_empty() { std::slice::from_ref(&null) } else { chosen.as_slice() };
     let did_not = |f: &&Fitted| f.termination == Termination::StepLimit && !problem.is_late();
     incomplete.extend(answer.iter().filter(did_not).map(|f| {
@@ -592,7 +592,7 @@ fn weigh(
         DiagnosisVerdict::UnknownEffect => 0.5,
         _ => 1.0 - (fit::chi_square(&first.fitted.residuals) / noise - 1.0).clamp(0.0, 0.5),
     };
-    // What shows little may be something else that looks alike.
+    // A faint effect may be another one that looks alike.
     let near_limit =
         (rules::GAIN_AT_THREE_LIMITS / (nothing - best).max(rules::GAIN_AT_THREE_LIMITS)).sqrt();
     let ceiling = ceiling * (1.0 - rules::LOOKS_ALIKE * near_limit);

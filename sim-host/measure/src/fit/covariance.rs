@@ -132,18 +132,18 @@ impl Autoregression {
         let mut series: Vec<f64> = Vec::with_capacity(before + rows);
         for t in 0..before + rows {
             let past = self.coefficients.iter().zip(series[..t].iter().rev());
-            let foretold: f64 = past.map(|(a, r)| a * r).sum();
-            series.push(foretold + deviation * random.normal());
+            let predicted: f64 = past.map(|(a, r)| a * r).sum();
+            series.push(predicted + deviation * random.normal());
         }
         series.split_off(before)
     }
 
     fn innovations(&self, series: &[f64]) -> Vec<f64> {
-        let foretold = |t: usize| {
+        let predicted = |t: usize| {
             let past = self.coefficients.iter().enumerate().take(t);
             past.map(|(k, a)| a * series[t - 1 - k]).sum::<f64>()
         };
-        (0..series.len()).map(|t| series[t] - foretold(t)).collect()
+        (0..series.len()).map(|t| series[t] - predicted(t)).collect()
     }
 
     /// What each innovation moves Σ a_t r_t by, from `before` rows before the first on.

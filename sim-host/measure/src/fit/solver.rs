@@ -1,8 +1,7 @@
-//! Levenberg and Marquardt's method with a trust region, until the gradient says that a fit has
-//! arrived.
+//! Levenberg–Marquardt with a trust region, until the gradient shows that a fit has converged.
 //!
-//! Slopes are dear and residuals cheap: slopes are kept as long as the linear model foretells what a
-//! step brings, and taken anew where it does not, and before a fit is said to have arrived.
+//! Slopes are expensive and residuals cheap. Slopes are kept as long as the linear model predicts
+//! what a step brings. They are taken anew where it does not, and before a fit counts as converged.
 
 use super::Slopes;
 use super::calibration::is_in_proportion;
@@ -66,7 +65,7 @@ impl SolverOptions {
         Self { steps, stale, goal: f64::INFINITY }
     }
 
-    /// Until it arrives.
+    /// Until it converges.
     pub fn full(stale: usize) -> Self {
         Self::steps(40, stale)
     }
@@ -76,7 +75,7 @@ impl SolverOptions {
 /// residual: 0.5 is 0.7 standard deviations of all values together.
 const CONVERGED_DECREASE: f64 = 0.5;
 
-/// Share of the foretold fall of the cost from which on a step lets the trust region grow, and below
+/// Share of the predicted fall of the cost from which on a step lets the trust region grow, and below
 /// which it shrinks and slopes are taken anew.
 const GAIN_RATIO_GOOD: f64 = 0.75;
 const GAIN_RATIO_BAD: f64 = 0.4;
@@ -177,14 +176,14 @@ pub fn fit(
             (chi_square(&here.residuals) / count(&here.residuals).max(1) as f64).max(1.0);
         let promised = bounded(&here.linear, &here.point, 0.0)
             .map_or(f64::INFINITY, |step| here.cost - here.linear.cost(&step));
-        let arrived = promised < CONVERGED_DECREASE * inflation;
-        if arrived || slopes_failed || (!fresh && promised > REMAINING_DECREASE_MAX * before) {
+        let converged = promised < CONVERGED_DECREASE * inflation;
+        if converged || slopes_failed || (!fresh && promised > REMAINING_DECREASE_MAX * before) {
             // Where the next slopes would hardly bring more than these did.
             let enough = RELATIVE_DECREASE_MIN * (here.cost - count(&here.residuals) as f64);
-            if (arrived && fresh) || taken_at - here.cost < enough {
+            if (converged && fresh) || taken_at - here.cost < enough {
                 let touched = touched_at - here.cost <= enough.max(CONVERGED_DECREASE * inflation);
                 if touched || !here.retouch(problem, blocks) {
-                    here.termination = if arrived && fresh {
+                    here.termination = if converged && fresh {
                         Termination::Converged
                     } else {
                         Termination::SmallDecrease
@@ -212,7 +211,7 @@ pub fn fit(
             break;
         };
         steps += 1;
-        let foretold = here.cost - here.linear.cost(&step);
+        let predicted = here.cost - here.linear.cost(&step);
         let next = here.point.moved(&step);
         let reached = residuals_near(problem, &next, Some(&here.residuals)).ok().map(|at| {
             let (prior, away) = next.priors();
@@ -220,7 +219,7 @@ pub fn fit(
         });
         match reached.filter(|(cost, _)| *cost < here.cost) {
             Some((cost, at)) => {
-                let share = (here.cost - cost) / foretold;
+                let share = (here.cost - cost) / predicted;
                 (here.point, here.residuals, here.cost) = (next, at, cost);
                 fresh = stale == n;
                 if share < GAIN_RATIO_BAD {

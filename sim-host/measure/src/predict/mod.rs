@@ -74,7 +74,7 @@ pub struct LinkMotion {
     pub in_backlash: Vec<[bool; JOINTS]>,
     /// What the gears remember at every instant; empty where none does.
     pub memory: Vec<Memory>,
-    /// What the first residuals tell of how links swing that remember; see the rooms of motion.
+    /// What the first residuals tell of how links with hysteresis swing; see the modules of motion.
     pub swing: Option<Arc<DMatrix<f64>>>,
     /// What gears were found to remember when the log begins; `None` where none remembers, or it
     /// begins at rest without a load.

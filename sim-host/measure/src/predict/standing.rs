@@ -318,7 +318,7 @@ impl StaticPrediction {
         &self.motors
     }
 
-    /// What the links do: see [`Experiment::follow`](super::Experiment).
+    /// What the links do: see [`PreparedLog::follow`](super::PreparedLog).
     pub(super) fn motion(
         &self,
         robot: &mut ElasticRobot,

@@ -186,7 +186,7 @@ pub(crate) fn verdict(
     let off = calibrations(&diagnosis.calibration, robot);
     let calibrated = (!off.is_empty() && after < FALL * diagnosis.score_before).then(|| {
         format!(
-            "The calibration is off: {off}. With it the score falls from {before} to {}",
+            "The calibration is off: {off}. Correcting it lowers the score from {before} to {}",
             score(after)
         )
     });
@@ -228,7 +228,7 @@ pub(crate) fn verdict(
             )
         }
         (DiagnosisVerdict::UnknownEffect, _, Some(calibrated)) => {
-            let left = "What is left no effect here explains";
+            let left = "No effect here explains the rest";
             format!("{calibrated}. {left}: {}.{}", follows(), partial())
         }
         (DiagnosisVerdict::UnknownEffect, ..) if diagnosis.score_before <= NOISE_FLOOR_SCORE => {
@@ -408,7 +408,7 @@ pub(crate) const CURVES: &str = "The curve that shows it: points are what the me
 /// Above what is left undone.
 pub(crate) const INCOMPLETE_HEADING: &str = "Left undone";
 
-/// What there was no time for, and fits that did not arrive, a sentence each.
+/// What there was no time for, and fits that did not converge, a sentence each.
 pub(crate) fn undone(all: &[Incomplete], robot: &RobotFile) -> Vec<String> {
     let sentence = |undone: &Incomplete| match undone {
         Incomplete::Search => "Not every effect was looked for: the time was up.".to_owned(),
@@ -432,7 +432,7 @@ pub(crate) fn undone(all: &[Incomplete], robot: &RobotFile) -> Vec<String> {
             } else {
                 listed(&names, "and")
             };
-            format!("The fit of {of} took all the steps that it may and had not arrived.")
+            format!("The fit of {of} used all its steps and did not converge.")
         }
     };
     all.iter().map(sentence).collect()
@@ -458,7 +458,7 @@ mod tests {
         );
         let mut parts = sample::diagnosis(DiagnosisVerdict::Adequate);
         let calibration = parts.diagnosed().headline();
-        let expected = "The calibration is off: encoder-offset at A5 in 1 log. With it the score falls from 3.79 to 1.02; beside it";
+        let expected = "The calibration is off: encoder-offset at A5 in 1 log. Correcting it lowers the score from 3.79 to 1.02; beside it";
         assert!(calibration.starts_with(expected), "{calibration}");
         let calibration = std::mem::take(&mut parts.diagnosis.calibration);
         let off = parts.diagnosed().headline();
@@ -502,7 +502,7 @@ mod tests {
         parts.diagnosis.chosen = vec![parts.diagnosis.null.clone()];
         parts.diagnosis.calibration = calibration;
         let partly = parts.diagnosed().headline();
-        assert!(partly.contains("With it the score falls from 3.79 to 2.90. What"), "{partly}");
+        assert!(partly.contains("Correcting it lowers the score from 3.79 to 2.90. No effect"), "{partly}");
         assert!(
             partly
                 .contains("The best partial explanation, backlash at A5, brings the score to 2.50"),

@@ -233,13 +233,13 @@ pub(crate) fn explanation(discovery: &Discovery) -> String {
     {
         "Nothing in the arm needs to move for it: an instrument reads more or less than there is, by what it measures or by when."
     } else if has("time") {
-        "It goes with the time since the log began, whatever the arm does: something warms up, runs in or comes to rest."
+        "It follows the time since the log began, whatever the arm does: something warms up, runs in or comes to rest."
     } else if has("rate") || names.contains(&"vx") {
         "It grows with speed: something there resists motion, or is driven by it."
     } else if has("twist") || has("torque") || has("force") {
-        "It goes with the load that is carried: something gives, tightens or slips under it."
+        "It follows the load that is carried: something gives, tightens or slips under it."
     } else if names.contains(&"x") {
-        "It goes with the place along the seam, whatever the time: the plate, its clamping or its material differ from place to \
+        "It follows the place along the seam, whatever the time: the plate, its clamping or its material differ from place to \
          place."
     } else {
         "It is the same in both senses of motion and at every speed: something that is carried along, stretched, lifted or pressed \

@@ -118,7 +118,7 @@ pub(crate) fn sentence(mistake: &Mistake, joints: &[String]) -> String {
         }
         (MistakeKind::Payload, Remedy::ToolMass(mass)) => {
             format!(
-                "a mass hangs on the flange that is written nowhere; the tool weighs {mass:.0} kg"
+                "a mass hangs on the flange that neither log nor robot states; the tool weighs {mass:.0} kg"
             )
         }
         (MistakeKind::Payload, Remedy::PayloadColumns(mass)) => {
@@ -136,7 +136,7 @@ pub(crate) fn sentence(mistake: &Mistake, joints: &[String]) -> String {
         )
     } else {
         format!(
-            "undone, {} of {} remain",
+            "with the correction {} of {} remain",
             scale.quantity(evidence.after),
             scale.quantity(evidence.before)
         )

@@ -71,7 +71,7 @@ impl Default for QuasiStaticLinks {
 }
 
 impl QuasiStaticLinks {
-    /// Gears that remember nothing.
+    /// Gears without memory.
     pub fn new() -> Self {
         Self {
             internal: [0.0; INTERNAL_STATES],
@@ -81,7 +81,7 @@ impl QuasiStaticLinks {
         }
     }
 
-    /// Gears that remember this at the first load.
+    /// Gears with this memory at the first load.
     pub fn remembering(memory: &Memory) -> Self {
         Self { internal: *memory, ..Self::new() }
     }

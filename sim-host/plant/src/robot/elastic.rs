@@ -49,7 +49,7 @@ pub struct Drives {
     pub motor_rate: JointVector<f64>,
 }
 
-/// A joint that remembers.
+/// A joint with memory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointMemory {
     /// Its joint, from 0.

@@ -22,5 +22,5 @@ pub use record::{Phase, RecordRow, Recording};
 pub use run::{SimulatedCell, run, run_after, run_passes, run_with};
 pub use scenario::{ControllerKind, Scenario};
 pub use start::{
-    Taught, TaughtOffset, check_reach, encoder_offset, real_inverse_near, start_angles,
+    Taught, TaughtOffset, check_reach, encoder_offset, postures_at, real_inverse_near, start_angles,
 };

@@ -8,7 +8,56 @@ use crate::integrate::rest::{self, EquilibriumError};
 use crate::robot::Drives;
 use crate::seam::Seam;
 use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::PI;
 use trueweld_core::{Frames, JointVector, KinematicsError, Pose, Robot, Twist, Wrench};
+
+/// Postures that Newton's method begins from, for an arm whose inverse kinematics has no closed form.
+const SEED_POSTURES: usize = 256;
+
+/// Joint angles at a pose: all branches of an arm with a spherical wrist; of any other arm those that
+/// Newton's method finds from [`SEED_POSTURES`] postures spread evenly over the joints' ranges, each
+/// once.
+///
+/// # Errors
+/// Those of [`Robot::inverse_all`]; where no posture is found, why the last one was none.
+pub fn postures_at(
+    robot: &Robot<f64>,
+    b_from_t: &Pose<f64>,
+) -> Result<Vec<JointVector<f64>>, KinematicsError> {
+    match robot.inverse_all(b_from_t) {
+        Ok(all) => return Ok(all.iter().map(|(_, q)| *q).collect()),
+        Err(KinematicsError::NotDecoupled) => {}
+        Err(error) => return Err(error),
+    }
+    let mut found: Vec<JointVector<f64>> = Vec::new();
+    let mut error = KinematicsError::Unreachable;
+    for k in 0..SEED_POSTURES {
+        match robot.inverse_from(b_from_t, &seed_posture(robot, k)) {
+            Ok(q) if found.iter().all(|other| (other - q).amax() > SAME_POSTURE) => found.push(q),
+            Ok(_) => {}
+            Err(e @ KinematicsError::Limit(_)) => error = e,
+            Err(e) if !matches!(error, KinematicsError::Limit(_)) => error = e,
+            Err(_) => {}
+        }
+    }
+    if found.is_empty() { Err(error) } else { Ok(found) }
+}
+
+/// Two postures closer than this are one, rad: far above what Newton's method leaves, far below what
+/// parts two ways to reach a pose.
+const SAME_POSTURE: f64 = 1e-6;
+
+/// Posture `k` of a sequence that fills the joints' ranges evenly: additive recurrence by powers of
+/// the root of x⁷ = x + 1 (Roberts 2018), half a turn either way at most.
+fn seed_posture(robot: &Robot<f64>, k: usize) -> JointVector<f64> {
+    const ROOT: f64 = 1.112_775_684_278_705_6;
+    JointVector::from_fn(|i, _| {
+        let joint = &robot.parameters().joints[i];
+        let [low, high] = [joint.limits[0].max(-PI), joint.limits[1].min(PI)];
+        let share = (0.5 + (k + 1) as f64 * ROOT.powi(-(i as i32 + 1))).fract();
+        low + share * (high - low)
+    })
+}
 
 /// Joint angles at the start of a seam, on the branch that follows the whole seam within the limits
 /// with the smallest angles.
@@ -17,13 +66,12 @@ use trueweld_core::{Frames, JointVector, KinematicsError, Pose, Robot, Twist, Wr
 /// [`RunError::Reach`] with the first point that no branch holds.
 pub fn start_angles(robot: &Robot<f64>, seam: &Seam) -> Result<JointVector<f64>, RunError> {
     const BRANCH_POINTS: usize = 200;
-    let found = robot
-        .inverse_all(&seam.nominal(0.0))
+    let found = postures_at(robot, &seam.nominal(0.0))
         .map_err(|e| RunError::Reach { path: 0.0, reason: reason(e) })?;
     let mut farthest = RunError::Reach { path: 0.0, reason: "a joint limit" };
     let mut reached = 0.0;
     let mut best: Option<JointVector<f64>> = None;
-    for (_, start) in found.iter().filter(|(_, q)| robot.beyond_limits(q).is_none()) {
+    for start in found.iter().filter(|q| robot.beyond_limits(q).is_none()) {
         let mut q = *start;
         let failed = (1..=BRANCH_POINTS).find_map(|k| {
             let path = seam.length * k as f64 / BRANCH_POINTS as f64;
@@ -78,9 +126,7 @@ pub fn check_reach(robot: &Robot<f64>, weld: &Weld) -> Result<(), RunError> {
 
 fn reason(error: KinematicsError) -> &'static str {
     match error {
-        KinematicsError::NotDecoupled => {
-            "closed-form inverse kinematics needs a spherical wrist and A1 vertical"
-        }
+        KinematicsError::NotDecoupled => "branches are those of an arm with a spherical wrist",
         KinematicsError::Unreachable => "out of reach",
         KinematicsError::Singular => "singular posture",
         KinematicsError::Limit(_) => "a joint limit",

@@ -370,7 +370,7 @@ impl DynamicPrediction {
     }
 
     /// What the links do, in so many steps for each state of the motors: see
-    /// [`Experiment::follow`](super::Experiment).
+    /// [`PreparedLog::follow`](super::PreparedLog).
     pub(super) fn motion(
         &self,
         robot: &ElasticRobot,

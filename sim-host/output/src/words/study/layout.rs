@@ -65,7 +65,9 @@ pub(crate) fn posture(of: Branch) -> String {
 pub fn out_of_reach((path, why): OutOfReach) -> String {
     let why = match why {
         KinematicsError::NotDecoupled => {
-            "closed-form inverse kinematics needs a spherical wrist and A1 vertical".to_owned()
+            "this study compares postures by branch, which only an arm with a spherical wrist and A1 \
+             vertical has; no posture"
+                .to_owned()
         }
         KinematicsError::Unreachable => "out of reach".to_owned(),
         KinematicsError::Singular => "a singular posture".to_owned(),
