@@ -3,4 +3,4 @@
 # shown with those printed. About an hour on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-cargo test --release -p trueweld --test all docs:: -- --ignored
+cargo test --release -p trueweld-cli --test all docs:: -- --ignored

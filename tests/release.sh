@@ -15,11 +15,11 @@ run() { cargo run --quiet --release -p trueweld-tests --bin "$@"; }
 {
   echo "# Results of a release"
   echo
-  echo "$(cargo run --quiet --release -p trueweld -- --version), $(date -u +%F)"
+  echo "$(cargo run --quiet --release -p trueweld-cli -- --version), $(date -u +%F)"
 } > $results.part
 
 if wants docs; then
-  cargo test --release -p trueweld --test all docs:: -- --ignored
+  cargo test --release -p trueweld-cli --test all docs:: -- --ignored
   printf '\nEvery long command of the documentation ran and printed what is shown.\n' >> $results.part
 fi
 

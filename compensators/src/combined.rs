@@ -51,13 +51,18 @@ mod directions {
 
     const CORRECTION_AXES: [&str; 6] = ["rx", "ry", "rz", "x", "y", "z"];
 
-    pub fn serialize<S: Serializer>(owned: &[bool; 6], serializer: S) -> Result<S::Ok, S::Error> {
+    pub(crate) fn serialize<S: Serializer>(
+        owned: &[bool; 6],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
         serializer.collect_seq(
             CORRECTION_AXES.iter().zip(owned).filter(|(_, owned)| **owned).map(|(n, _)| n),
         )
     }
 
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[bool; 6], D::Error> {
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<[bool; 6], D::Error> {
         let mut owned = [false; 6];
         for name in Vec::<String>::deserialize(deserializer)? {
             let k = CORRECTION_AXES.iter().position(|n| *n == name).ok_or_else(|| {

@@ -49,12 +49,12 @@ struct DirectionReadings<T: Real> {
 }
 
 impl<T: Real> DeviationHistory<T> {
-    pub fn new(period: T) -> Self {
+    pub(crate) fn new(period: T) -> Self {
         let none = DirectionReadings { equal: RepeatCounter::new(), innovation: None };
         Self { period, past: Deque::new(), read: [none; 6] }
     }
 
-    pub fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         *self = Self::new(self.period);
     }
 
@@ -62,7 +62,7 @@ impl<T: Real> DeviationHistory<T> {
     ///
     /// # Errors
     /// [`Fault::Compensation`] where it is not finite.
-    pub fn remember(
+    pub(crate) fn remember(
         &mut self,
         robot: &Robot<T>,
         observation: &Observation<'_, T>,
@@ -84,7 +84,7 @@ impl<T: Real> DeviationHistory<T> {
     /// the noise. `None` for a measurement that cannot be used: not finite, too old, a repetition, or
     /// to be clipped and as far from the last one: an outlier comes alone, and a sensor that stands at
     /// the end of its range repeats itself.
-    pub fn innovation(
+    pub(crate) fn innovation(
         &mut self,
         measurement: &DeviationMeasurement<T>,
         expected: T,
@@ -110,7 +110,7 @@ impl<T: Real> DeviationHistory<T> {
 
     /// h without depth, and the innovation against an `expected` x − x̂₀. `None` as for
     /// [`innovation`](Self::innovation), and where nothing but depth was measured.
-    pub fn innovation_along(
+    pub(crate) fn innovation_along(
         &mut self,
         measurement: &DeviationMeasurement<T>,
         expected: &SVector<T, 6>,

@@ -20,7 +20,7 @@ pub(crate) enum Axis<T: Real> {
 
 impl<T: Real> Axis<T> {
     /// From the unit vector of the axis in the link frame.
-    pub fn new(axis: &Vector3<T>) -> Self {
+    pub(crate) fn new(axis: &Vector3<T>) -> Self {
         match [axis.x, axis.y, axis.z].map(|v| !v.is_zero()) {
             [true, false, false] => Self::X(axis.x.signum()),
             [false, true, false] => Self::Y(axis.y.signum()),
@@ -31,7 +31,7 @@ impl<T: Real> Axis<T> {
 
     /// The link's rotation, from its parent's and the sine and cosine of the joint angle.
     #[inline(always)]
-    pub fn turn(&self, parent: &Matrix3<T>, s: T, c: T) -> Matrix3<T> {
+    pub(crate) fn turn(&self, parent: &Matrix3<T>, s: T, c: T) -> Matrix3<T> {
         let (x, y, z) = (parent.column(0), parent.column(1), parent.column(2));
         match self {
             Self::X(sense) => {
@@ -52,7 +52,7 @@ impl<T: Real> Axis<T> {
 
     /// The axis in the outer frame, given the link's rotation in it.
     #[inline(always)]
-    pub fn direction(&self, rotation: &Matrix3<T>) -> Vector3<T> {
+    pub(crate) fn direction(&self, rotation: &Matrix3<T>) -> Vector3<T> {
         match self {
             Self::X(sense) => rotation.column(0) * *sense,
             Self::Y(sense) => rotation.column(1) * *sense,

@@ -23,7 +23,7 @@ pub(crate) struct Body<T: Real> {
 
 impl<T: Real> Body<T> {
     /// From mass, centre of mass and the inertia about it.
-    pub fn new(mass: T, center_of_mass: &Vector3<T>, inertia: &Matrix3<T>) -> Self {
+    pub(crate) fn new(mass: T, center_of_mass: &Vector3<T>, inertia: &Matrix3<T>) -> Self {
         let first = center_of_mass * mass;
         let second = Matrix3::from_diagonal_element(inertia.trace() * lit(0.5))
             - (inertia + inertia.transpose()) * lit::<T>(0.5)
@@ -32,7 +32,7 @@ impl<T: Real> Body<T> {
     }
 
     /// Two bodies about the same point, taken as one.
-    pub fn merged(&self, other: &Self) -> Self {
+    pub(crate) fn merged(&self, other: &Self) -> Self {
         Self {
             mass: self.mass + other.mass,
             first: self.first + other.first,
@@ -41,7 +41,7 @@ impl<T: Real> Body<T> {
     }
 
     /// Rotational inertia about a unit vector through the point, kg·m².
-    pub fn about(&self, axis: &Vector3<T>) -> T {
+    pub(crate) fn about(&self, axis: &Vector3<T>) -> T {
         self.second.trace() - axis.dot(&(self.second * axis))
     }
 }
@@ -80,7 +80,7 @@ pub(crate) struct Matrices<T: Real> {
 impl<T: Real> Matrices<T> {
     /// From one matrix a link.
     #[inline(always)]
-    pub fn new(matrices: &[Matrix3<T>; JOINTS]) -> Self {
+    pub(crate) fn new(matrices: &[Matrix3<T>; JOINTS]) -> Self {
         let column = |k: usize| {
             let mut lanes = Lanes3::from_vectors(&[Vector3::zeros(); JOINTS]);
             for (i, m) in matrices.iter().enumerate() {
@@ -95,14 +95,14 @@ impl<T: Real> Matrices<T> {
 
     /// Matrix times vector, link by link.
     #[inline(always)]
-    pub fn times(&self, v: &Lanes3<T>) -> Lanes3<T> {
+    pub(crate) fn times(&self, v: &Lanes3<T>) -> Lanes3<T> {
         self.x * v.x + self.y * v.y + self.z * v.z
     }
 }
 
 impl<T: Real> Bodies<T> {
     /// From one body a link.
-    pub fn new(links: &[Body<T>; JOINTS]) -> Self {
+    pub(crate) fn new(links: &[Body<T>; JOINTS]) -> Self {
         let second = |i: usize, j: usize| Lanes(links.each_ref().map(|l| l.second[(i, j)]));
         Self {
             mass: Lanes(links.each_ref().map(|l| l.mass)),
@@ -120,7 +120,7 @@ impl<T: Real> Bodies<T> {
 
     /// The same bodies in other axes, about the same points.
     #[inline(always)]
-    pub fn turned(&self, rotation: &Matrices<T>) -> Self {
+    pub(crate) fn turned(&self, rotation: &Matrices<T>) -> Self {
         let s = &self.second;
         let Matrices { x, y, z } = *rotation;
         // R Σ Rᵀ = zz·1 + x uᵀ + u xᵀ + y vᵀ + v yᵀ: the isotropic part does not turn, which leaves
@@ -142,7 +142,7 @@ impl<T: Real> Bodies<T> {
 
     /// The same bodies about other points; `d`: from those points to the present ones.
     #[inline(always)]
-    pub fn shifted(&self, d: &Lanes3<T>) -> Self {
+    pub(crate) fn shifted(&self, d: &Lanes3<T>) -> Self {
         let s = &self.second;
         // Σ + d fᵀ + f dᵀ + m d dᵀ.
         let md = *d * self.mass;
@@ -161,7 +161,7 @@ impl<T: Real> Bodies<T> {
 
     /// Each link with all links outward of it as one body; all about the same point.
     #[inline(always)]
-    pub fn sum_from_tool(&self) -> Self {
+    pub(crate) fn sum_from_tool(&self) -> Self {
         let s = &self.second;
         Self {
             mass: self.mass.sum_from_tool(),
@@ -181,7 +181,7 @@ impl<T: Real> Bodies<T> {
 impl<T: Real> Symmetric<T> {
     /// I·v with I = tr(Σ)·1 − Σ: moment of a unit rotational acceleration.
     #[inline(always)]
-    pub fn inertia_times(&self, v: &Lanes3<T>) -> Lanes3<T> {
+    pub(crate) fn inertia_times(&self, v: &Lanes3<T>) -> Lanes3<T> {
         Lanes3 {
             x: (self.yy + self.zz) * v.x - self.xy * v.y - self.xz * v.z,
             y: (self.xx + self.zz) * v.y - self.xy * v.x - self.yz * v.z,
@@ -192,7 +192,7 @@ impl<T: Real> Symmetric<T> {
     /// ∫ r × (A r) dm: moment that the acceleration field A r asks for. It is the axial part of A
     /// Σ.
     #[inline(always)]
-    pub fn moment_of(&self, a: &Matrices<T>) -> Lanes3<T> {
+    pub(crate) fn moment_of(&self, a: &Matrices<T>) -> Lanes3<T> {
         let Matrices { x, y, z } = a;
         let (xy, yx) = (
             x.x * self.xy + y.x * self.yy + z.x * self.yz,

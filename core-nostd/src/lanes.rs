@@ -25,7 +25,7 @@ pub(crate) struct Lanes3<T: Real> {
 impl<T: Real> Lanes<T> {
     /// The same for every link.
     #[inline(always)]
-    pub fn splat(v: T) -> Self {
+    pub(crate) fn splat(v: T) -> Self {
         Self([v; JOINTS])
     }
 
@@ -39,7 +39,7 @@ impl<T: Real> Lanes<T> {
 
     /// Sum over this link and all inward of it.
     #[inline(always)]
-    pub fn sum_from_base(mut self) -> Self {
+    pub(crate) fn sum_from_base(mut self) -> Self {
         for i in 1..JOINTS {
             self.0[i] += self.0[i - 1];
         }
@@ -48,7 +48,7 @@ impl<T: Real> Lanes<T> {
 
     /// Sum over this link and all outward of it.
     #[inline(always)]
-    pub fn sum_from_tool(mut self) -> Self {
+    pub(crate) fn sum_from_tool(mut self) -> Self {
         for i in (1..JOINTS).rev() {
             self.0[i - 1] += self.0[i];
         }
@@ -57,7 +57,7 @@ impl<T: Real> Lanes<T> {
 
     /// Every link's value moved to the link outward of it; `first` to link 1.
     #[inline(always)]
-    pub fn moved_outward(&self, first: T) -> Self {
+    pub(crate) fn moved_outward(&self, first: T) -> Self {
         let mut moved = [first; JOINTS];
         moved[1..].copy_from_slice(&self.0[..JOINTS - 1]);
         Self(moved)
@@ -65,7 +65,7 @@ impl<T: Real> Lanes<T> {
 
     /// Every link's value moved to the link inward of it; `last` to the last link.
     #[inline(always)]
-    pub fn moved_inward(&self, last: T) -> Self {
+    pub(crate) fn moved_inward(&self, last: T) -> Self {
         let mut moved = [last; JOINTS];
         moved[..JOINTS - 1].copy_from_slice(&self.0[1..]);
         Self(moved)
@@ -98,7 +98,7 @@ impl<T: Real> Neg for Lanes<T> {
 impl<T: Real> Lanes3<T> {
     /// From one vector a link.
     #[inline(always)]
-    pub fn from_vectors(vectors: &[Vector3<T>; JOINTS]) -> Self {
+    pub(crate) fn from_vectors(vectors: &[Vector3<T>; JOINTS]) -> Self {
         let mut all = Self {
             x: Lanes::splat(T::zero()),
             y: Lanes::splat(T::zero()),
@@ -114,7 +114,7 @@ impl<T: Real> Lanes3<T> {
 
     /// `v` for the last link, zero for the others.
     #[inline(always)]
-    pub fn last(v: &Vector3<T>) -> Self {
+    pub(crate) fn last(v: &Vector3<T>) -> Self {
         let mut vectors = [Vector3::zeros(); JOINTS];
         vectors[JOINTS - 1] = *v;
         Self::from_vectors(&vectors)
@@ -122,13 +122,13 @@ impl<T: Real> Lanes3<T> {
 
     /// The vector of link `i`.
     #[inline(always)]
-    pub fn vector(&self, i: usize) -> Vector3<T> {
+    pub(crate) fn vector(&self, i: usize) -> Vector3<T> {
         Vector3::new(self.x.0[i], self.y.0[i], self.z.0[i])
     }
 
     /// Link `i`'s vector, for every link.
     #[inline(always)]
-    pub fn only(&self, i: usize) -> Self {
+    pub(crate) fn only(&self, i: usize) -> Self {
         self.map(|l| Lanes::splat(l.0[i]))
     }
 
@@ -139,7 +139,7 @@ impl<T: Real> Lanes3<T> {
 
     /// `self × other`, link by link.
     #[inline(always)]
-    pub fn cross(&self, o: &Self) -> Self {
+    pub(crate) fn cross(&self, o: &Self) -> Self {
         Self {
             x: self.y * o.z - self.z * o.y,
             y: self.z * o.x - self.x * o.z,
@@ -149,25 +149,25 @@ impl<T: Real> Lanes3<T> {
 
     /// `self · other`, link by link.
     #[inline(always)]
-    pub fn dot(&self, o: &Self) -> Lanes<T> {
+    pub(crate) fn dot(&self, o: &Self) -> Lanes<T> {
         self.x * o.x + self.y * o.y + self.z * o.z
     }
 
     /// As [`Lanes::sum_from_base`].
     #[inline(always)]
-    pub fn sum_from_base(&self) -> Self {
+    pub(crate) fn sum_from_base(&self) -> Self {
         self.map(|l| l.sum_from_base())
     }
 
     /// As [`Lanes::sum_from_tool`].
     #[inline(always)]
-    pub fn sum_from_tool(&self) -> Self {
+    pub(crate) fn sum_from_tool(&self) -> Self {
         self.map(|l| l.sum_from_tool())
     }
 
     /// As [`Lanes::moved_outward`].
     #[inline(always)]
-    pub fn moved_outward(&self, first: &Vector3<T>) -> Self {
+    pub(crate) fn moved_outward(&self, first: &Vector3<T>) -> Self {
         Self {
             x: self.x.moved_outward(first.x),
             y: self.y.moved_outward(first.y),
@@ -177,7 +177,7 @@ impl<T: Real> Lanes3<T> {
 
     /// As [`Lanes::moved_inward`].
     #[inline(always)]
-    pub fn moved_inward(&self, last: &Vector3<T>) -> Self {
+    pub(crate) fn moved_inward(&self, last: &Vector3<T>) -> Self {
         Self {
             x: self.x.moved_inward(last.x),
             y: self.y.moved_inward(last.y),

@@ -23,7 +23,7 @@ pub(crate) struct Lu<T: Real> {
 
 impl<T: Real> Lu<T> {
     /// Factors the matrix; `None` where a pivot is not above `least` times the largest.
-    pub fn new(matrix: &Matrix6<T>, least: T) -> Option<Self> {
+    pub(crate) fn new(matrix: &Matrix6<T>, least: T) -> Option<Self> {
         let mut rows: [[T; JOINTS]; JOINTS] = matrix.transpose().data.0;
         let mut order: [usize; JOINTS] = core::array::from_fn(|i| i);
         let mut size = [T::zero(); JOINTS];
@@ -52,7 +52,7 @@ impl<T: Real> Lu<T> {
     }
 
     /// x of A x = b.
-    pub fn solve(&self, b: &JointVector<T>) -> JointVector<T> {
+    pub(crate) fn solve(&self, b: &JointVector<T>) -> JointVector<T> {
         // Every row is there; an index would be checked, because the order is only known when the
         // program runs.
         let mut x =

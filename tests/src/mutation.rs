@@ -4,6 +4,9 @@
 //! ordinary tests, 10⁷ in the long run, which `BOLERO_RANDOM_ITERATIONS` asks for. What fails is
 //! shrunk to the fewest edits, and printed with the seed that gives it again.
 
+// Public in one of the crates that take it.
+#![allow(unreachable_pub)]
+
 use bolero::produce;
 use std::fs;
 use std::panic::RefUnwindSafe;

@@ -1,6 +1,9 @@
 //! A plain log as the instruments of a laboratory would have written it. Nothing here is shared with
 //! the code that reads such files.
 
+// Public in one of the crates that take it.
+#![allow(unreachable_pub)]
+
 use nalgebra::{Matrix3, Vector3};
 use std::fmt::Write as _;
 use std::fs;

@@ -177,6 +177,7 @@ fn files_of_a_crate_do_not_import_each_other_in_a_circle() {
         "sim-host/laboratory",
         "sim-host/identify",
         "sim-host/evaluate",
+        "sim-host/trueweld",
         "sim-host/output",
         "sim-host/cli",
         "tests",

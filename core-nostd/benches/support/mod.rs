@@ -9,7 +9,7 @@ use trueweld_core::{
 };
 
 /// States cycled through, enough that branch prediction and caches see no repetition.
-pub const STATES: usize = 1024;
+pub(crate) const STATES: usize = 1024;
 
 /// Pitch of the tool in the last link, rad.
 const TOOL_PITCH: f64 = core::f64::consts::FRAC_PI_4;
@@ -36,7 +36,7 @@ const LINKS: [LinkRow; JOINTS] = [
 
 /// The arm. Stiffness, damping and rotors, which a URDF does not have, are of the size of a KR
 /// 500's; the tool has no mass of its own, since the URDF counts it into the last link.
-pub fn arm<T: Real>(gravity: f64) -> Robot<T> {
+pub(crate) fn arm<T: Real>(gravity: f64) -> Robot<T> {
     let joint = |(axis, origin, mass, com, moments): LinkRow, stiffness: f64| JointParameters {
         origin: vector(origin),
         axis: vector(axis),
@@ -78,11 +78,11 @@ pub fn arm<T: Real>(gravity: f64) -> Robot<T> {
 }
 
 /// Xorshift, so that every engine and every run sees the same states.
-pub struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
     /// The one seed of the benchmarks.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self(88_172_645_463_325_252)
     }
 
@@ -95,12 +95,12 @@ impl Random {
     }
 
     /// `STATES` joint vectors, uniform within `size` of `center`.
-    pub fn vectors(&mut self, center: [f64; JOINTS], size: f64) -> Vec<[f64; JOINTS]> {
+    pub(crate) fn vectors(&mut self, center: [f64; JOINTS], size: f64) -> Vec<[f64; JOINTS]> {
         (0..STATES).map(|_| center.map(|c| c + size * self.next())).collect()
     }
 }
 
 /// The same vectors in the scalar of a benchmark.
-pub fn converted<T: Real>(vectors: &[[f64; JOINTS]]) -> Vec<JointVector<T>> {
+pub(crate) fn converted<T: Real>(vectors: &[[f64; JOINTS]]) -> Vec<JointVector<T>> {
     vectors.iter().map(|v| JointVector::from(v.map(lit))).collect()
 }

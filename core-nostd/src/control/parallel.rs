@@ -59,18 +59,18 @@ struct Push<T: Real> {
 }
 
 impl<T: Real> ForceBranch<T> {
-    pub fn new(gains: ForceGains<T>, period: T) -> Self {
+    pub(crate) fn new(gains: ForceGains<T>, period: T) -> Self {
         let pid = Pid::new(PidGains { kp: gains.kp, ki: gains.ki, kd: T::zero() });
         Self { gains, pid, spindle: SpindleFilter::new(period), period, push: None }
     }
 
-    pub fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         *self = Self::new(self.gains, self.period);
     }
 
     /// f_d + K_pf Δf − K_df Ẋ + K_if∫Δf within its rate, N; `None` while the set-point asks for no
     /// force.
-    pub fn update(
+    pub(crate) fn update(
         &mut self,
         setpoint: &Setpoint<T>,
         sensed: Option<T>,

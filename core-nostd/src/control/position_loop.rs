@@ -39,14 +39,19 @@ pub(super) struct EncoderView<T: Real> {
 }
 
 impl<T: Real> PositionLoop<T> {
-    pub fn new(gains: JointGains<T>, period: T) -> Self {
+    pub(crate) fn new(gains: JointGains<T>, period: T) -> Self {
         let pid = core::array::from_fn(|i| {
             Pid::new(PidGains { kp: gains.kp[i], ki: gains.ki[i], kd: gains.kd[i] })
         });
         Self { gains, pid, period, inputs: InputCheck::new(&JointVector::zeros()) }
     }
 
-    pub fn start(&mut self, robot: &Robot<T>, encoder: &JointVector<T>, torque: &JointVector<T>) {
+    pub(crate) fn start(
+        &mut self,
+        robot: &Robot<T>,
+        encoder: &JointVector<T>,
+        torque: &JointVector<T>,
+    ) {
         let held = torque - weight(robot, &robot.frames(encoder), encoder);
         for (pid, load) in self.pid.iter_mut().zip(held.iter()) {
             pid.preload(*load);
@@ -55,7 +60,7 @@ impl<T: Real> PositionLoop<T> {
     }
 
     /// Kinematics at the encoder angles, or the fault that forbids it.
-    pub fn view(
+    pub(crate) fn view(
         &mut self,
         robot: &Robot<T>,
         setpoint: &Setpoint<T>,
@@ -70,7 +75,7 @@ impl<T: Real> PositionLoop<T> {
 
     /// Γ for the tool pose error ΔX (axes of B) and extra torque already decided elsewhere. True if
     /// a drive saturates.
-    pub fn torque(
+    pub(crate) fn torque(
         &mut self,
         robot: &Robot<T>,
         view: &EncoderView<T>,
@@ -96,7 +101,7 @@ impl<T: Real> PositionLoop<T> {
     }
 
     /// Takes a push along z out of the integrators, because the force branch now carries it.
-    pub fn release(&mut self, view: &EncoderView<T>, depth_axis: &Vector3<T>, push: T) {
+    pub(crate) fn release(&mut self, view: &EncoderView<T>, depth_axis: &Vector3<T>, push: T) {
         let load = push_torque(&view.frames, depth_axis, push);
         for (pid, load) in self.pid.iter_mut().zip(load.iter()) {
             pid.transfer_integral(-*load);
@@ -104,13 +109,13 @@ impl<T: Real> PositionLoop<T> {
     }
 
     /// Takes a push along z into the integrators, because the force branch gave it up.
-    pub fn take_over(&mut self, view: &EncoderView<T>, depth_axis: &Vector3<T>, push: T) {
+    pub(crate) fn take_over(&mut self, view: &EncoderView<T>, depth_axis: &Vector3<T>, push: T) {
         self.release(view, depth_axis, -push);
     }
 
     /// The defined safe command: gravity held at the last good angles, viscous braking, integrators
     /// left as they are.
-    pub fn safe(
+    pub(crate) fn safe(
         &self,
         robot: &Robot<T>,
         sensed: &SensorReadings<T>,

@@ -1,5 +1,8 @@
 //! What property tests share: cases, random numbers, conversions between scalars.
 
+// Public in one of the crates that take it.
+#![allow(unreachable_pub)]
+
 use nalgebra::SVector;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed};

@@ -63,5 +63,5 @@ static CABLE_DRAG: EffectKind = EffectKind {
 };
 
 fn main() -> trueweld::Result<()> {
-    trueweld::Program::new().law::<OwnLaw>().effect(&CABLE_DRAG).run()
+    trueweld_cli::run(trueweld::Program::new().law::<OwnLaw>().effect(&CABLE_DRAG))
 }

@@ -1,11 +1,11 @@
 //! `trueweld check`: input files of any kind, and folders of logs and campaigns.
 
-use crate::inputs::same_file;
 use crate::results::{check_outputs, check_targets, write};
 use crate::terminal::complain;
 use clap::Args;
 use miette::{IntoDiagnostic, Report, Result, WrapErr, miette};
 use std::path::{Path, PathBuf};
+use trueweld::is_same_file;
 use trueweld_core::JointVector;
 use trueweld_evaluate::Requirements;
 use trueweld_laboratory::ProtocolFile;
@@ -22,7 +22,7 @@ use trueweld_plant::robot::ElasticRobot;
 
 /// Arguments of `check`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Files to check: robots, processes, welds, gains, sensors, requirements, models, logs, campaigns,
     /// protocols; or
     /// folders of logs and campaigns, whose files are all checked
@@ -34,14 +34,14 @@ pub struct Arguments {
 }
 
 /// Runs the command: one line a file, and each error where it stands.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let outputs = arguments.json.as_deref().map(|path| ("--json", path));
     check_targets(outputs.as_slice())?;
     let mut paths: Vec<PathBuf> = Vec::new();
     for path in &arguments.files {
         let of_path = if path.is_dir() { files_of(path)? } else { vec![path.clone()] };
         for file in of_path {
-            if !paths.iter().any(|known| same_file(known, &file)) {
+            if !paths.iter().any(|known| is_same_file(known, &file)) {
                 paths.push(file);
             }
         }
@@ -101,7 +101,7 @@ fn stands_in(error: &InputError, file: &Path) -> bool {
     let place = error.place();
     let mut parts = place.rsplitn(3, ':');
     let named = parts.nth(2).unwrap_or(place);
-    same_file(Path::new(named), file)
+    is_same_file(Path::new(named), file)
 }
 
 /// Every TOML file of a folder and of the folders in it: a campaign's own, then its logs', wherever

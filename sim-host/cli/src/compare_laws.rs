@@ -1,12 +1,13 @@
 //! `trueweld compare-laws`: one weld with every compensation law, over a wrong stiffness, noise,
 //! delay and a lost sensor.
 
-use crate::inputs::{Files, STEP_OF_MANY, passes, read};
+use crate::inputs::{WeldArguments, passes};
 use crate::names::{Controller, LawParser};
 use crate::results::{Results, check_outputs, check_targets};
 use clap::Args;
 use miette::Result;
 use std::path::PathBuf;
+use trueweld::{STEP_OF_MANY, read_input};
 use trueweld_compensators::{Entry, library};
 use trueweld_evaluate::Requirements;
 use trueweld_evaluate::laws::{LawComparison, NoFigures};
@@ -15,9 +16,9 @@ use trueweld_plant::simulate::{Scenario, WeldProgram};
 
 /// Arguments of `compare-laws`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
-    files: Files,
+    files: WeldArguments,
     /// Compensation laws, comma between them (default: all, without combinations)
     #[arg(long, value_delimiter = ',', value_name = "LAW,...", value_parser = LawParser)]
     laws: Vec<Entry>,
@@ -43,12 +44,12 @@ const PAGE: &str = "out/compare-laws.html";
 const STIFFNESS_ERROR: f64 = 0.2;
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut results = arguments.results.clone();
     results.forms = results.forms.or_page(PAGE);
     check_targets(&results.outputs())?;
     let mut files = Vec::new();
-    let requirements: Requirements = read(arguments.requirements.as_deref(), &mut files)?;
+    let requirements: Requirements = read_input(arguments.requirements.as_deref(), &mut files)?;
     let inputs = arguments.files.read()?;
     check_outputs(&results.outputs())?;
     let controller = arguments.controller.controller();

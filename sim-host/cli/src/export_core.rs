@@ -1,12 +1,13 @@
 //! `trueweld export-core`: the constants that a controller's core is built from.
 
-use crate::inputs::{Files, PLANT_STEP};
+use crate::inputs::WeldArguments;
 use crate::names::{Controller, LawParser};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr};
 use std::fs;
 use std::path::PathBuf;
 use std::slice;
+use trueweld::PLANT_STEP;
 use trueweld_compensators::Entry;
 use trueweld_output::write_file;
 use trueweld_plant::provenance::Provenance;
@@ -14,9 +15,9 @@ use trueweld_plant::simulate::WeldProgram;
 
 /// Arguments of `export-core`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
-    files: Files,
+    files: WeldArguments,
     /// Hybrid force/position controller
     #[arg(long, value_enum, default_value_t = Controller::External)]
     controller: Controller,
@@ -29,7 +30,7 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let inputs = arguments.files.read()?;
     let controller = arguments.controller.controller();
     let law = &arguments.compensator;

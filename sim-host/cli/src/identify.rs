@@ -1,13 +1,14 @@
 //! `trueweld identify`: stiffness, damping and process of a cell from its logs.
 
-use crate::measured::{Measurements, provenance};
+use crate::measured::LogArguments;
 use crate::results::{Results, check_outputs, check_targets, write};
 use clap::{Args, Subcommand};
 use miette::{IntoDiagnostic, Result, miette};
 use nalgebra::Vector3;
 use std::path::PathBuf;
+use trueweld::{identify, measured_provenance};
 use trueweld_identify::plan::{PlanOptions, plan, protocol_text};
-use trueweld_identify::{IdentificationTarget, IdentifyError, file, identify};
+use trueweld_identify::{IdentificationTarget, IdentifyError, file};
 use trueweld_output::{
     IdentifyReport, MistakesReport, StiffnessPlanReport, identified_head, identified_source,
 };
@@ -15,7 +16,7 @@ use trueweld_plant::input::{ModelFile, folder_of};
 
 /// Arguments of `identify`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(subcommand)]
     what: What,
 }
@@ -65,7 +66,7 @@ struct Stiffness {
 #[derive(Args)]
 struct Identified {
     #[command(flatten)]
-    measurements: Measurements,
+    measurements: LogArguments,
     /// Where to write the robot file, or the process file, with the numbers found
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -74,7 +75,7 @@ struct Identified {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     match &arguments.what {
         What::Stiffness(arguments) => arguments.run(),
         What::Damping(arguments) => arguments.run(IdentificationTarget::Damping),
@@ -90,7 +91,7 @@ const REFLECTORS: [[f64; 3]; 3] = [[0.2, 0.0, -0.15], [-0.1, 0.18, -0.15], [-0.1
 impl Stiffness {
     fn run(&self) -> Result<()> {
         let Some(out) = &self.plan else {
-            let measurements = Measurements::new(self.model.clone(), self.logs.clone());
+            let measurements = LogArguments::new(self.model.clone(), self.logs.clone());
             let (out, results) = (self.out.clone(), self.results.clone());
             return Identified { measurements, out, results }.run(IdentificationTarget::Stiffness);
         };
@@ -122,7 +123,7 @@ impl Stiffness {
                 "there is no posture in which this arm may bear these loads"
             )
         })?;
-        let provenance = provenance("identify stiffness --plan", &model, &[])?;
+        let provenance = measured_provenance("identify stiffness --plan", &model, &[])?;
         let report = StiffnessPlanReport {
             model: &model,
             plan: &plan,
@@ -143,11 +144,12 @@ impl Identified {
         let mut outputs = self.results.outputs();
         outputs.extend(self.out.as_deref().map(|path| ("--out", path)));
         check_targets(&outputs)?;
-        let (model, logs) = self.measurements.read_files()?;
-        let provenance = provenance(&format!("identify {}", target.name()), &model, &logs)?;
+        let given = self.measurements.read_files()?;
+        let provenance = given.provenance(&format!("identify {}", target.name()))?;
         check_outputs(&outputs)?;
         let progress = self.results.progress("fitting", 1.0);
-        let done = identify(target, &model, logs, &|stage, share| progress.stage(stage, share));
+        let model = given.model.clone();
+        let done = identify(target, given, &|stage, share| progress.stage(stage, share));
         progress.finish();
         let found = match done {
             Err(IdentifyError::Mistakes(found)) => {

@@ -1,12 +1,12 @@
 //! `trueweld import-log`: a `log.toml` for files as instruments wrote them.
 
 use crate::init::is_template;
-use crate::inputs::{of_program, same_file};
 use crate::results::{check_new_folder, check_outputs, check_targets, write};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
+use trueweld::{is_same_file, of_program};
 use trueweld_measure::data::log::import::propose;
 use trueweld_measure::data::log::{LOG_FILE, LogKind};
 use trueweld_output::{ImportReport, Report, log_toml, write_file};
@@ -15,7 +15,7 @@ use trueweld_plant::provenance::{FileDigest, Provenance};
 
 /// Arguments of `import-log`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Files of one recording: text, Parquet, KUKA traces (*.dat), MCAP where built with it
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
@@ -41,12 +41,12 @@ fn kind(text: &str) -> Result<LogKind, String> {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let targets = arguments.json.as_deref().map(|path| ("--json", path));
     check_targets(targets.as_slice())?;
     check_new_folder("--out", &arguments.out)?;
     for (k, file) in arguments.files.iter().enumerate() {
-        if arguments.files[..k].iter().any(|other| same_file(other, file)) {
+        if arguments.files[..k].iter().any(|other| is_same_file(other, file)) {
             return Err(miette!(
                 help = "Name each file of the recording once.",
                 "{}: this file is given twice; expected each once",

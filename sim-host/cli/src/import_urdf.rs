@@ -9,7 +9,7 @@ use trueweld_plant::input;
 
 /// Arguments of `import-urdf`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// URDF of a serial arm with six revolute joints
     #[arg(value_name = "URDF")]
     urdf: PathBuf,
@@ -19,7 +19,7 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let outputs = arguments.out.as_deref().map(|path| ("--out", path));
     check_targets(outputs.as_slice())?;
     let text = input::import_urdf(&arguments.urdf)?;

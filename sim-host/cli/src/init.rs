@@ -10,7 +10,7 @@ use trueweld_plant::input::FILL_IN;
 
 /// Arguments of `init`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Folder to write, which must not be there yet
     folder: PathBuf,
 }
@@ -68,7 +68,7 @@ const LOGS: [(&str, LogKind, &str, &str, &str); 4] = [
 ];
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let folder = &arguments.folder;
     // Makes the folder or fails: nothing is written over.
     let make = |path: &Path| {

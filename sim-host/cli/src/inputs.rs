@@ -1,102 +1,31 @@
-//! The cell that a command works on: input files given, or the embedded ones.
+//! Arguments of the commands that weld: files and options of a cell.
 
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
-use miette::{IntoDiagnostic, Report, Result, miette};
-use nalgebra::SVector;
+use miette::Result;
 use std::path::{Path, PathBuf};
-use trueweld_compensators::Entry;
-use trueweld_core::Robot;
-use trueweld_evaluate::certify::NominalCell;
-use trueweld_evaluate::{Requirements, UncertainCell};
-use trueweld_plant::cell::Cell;
-use trueweld_plant::effects::Effect;
-use trueweld_plant::input::{
-    Control, InputFile, ModelFile, Posterior, Process, RobotFile, Sensors, TomlDocument, Weld,
-    check_option, check_weld, read_text, warnings,
-};
-use trueweld_plant::integrate::Integrator;
-use trueweld_plant::provenance::{
-    CoreRecord, EffectRecord, FileDigest, Provenance, SimulationRecord,
-};
-use trueweld_plant::robot::ElasticRobot;
-use trueweld_plant::simulate::{
-    ControllerKind, RecordRow, RunError, Scenario, Seam, WeldProgram, check_reach,
-};
-
-/// A kind of file with a fixture that is part of the program: what is read where none is given.
-pub trait Embedded: InputFile {
-    /// Name and text of the fixture.
-    const FIXTURE: [&str; 2];
-}
-
-/// Name and text of a fixture.
-macro_rules! fixture {
-    ($file:literal) => {
-        [
-            concat!("embedded ", $file),
-            include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/", $file)),
-        ]
-    };
-}
-
-macro_rules! embedded {
-    ($($type:ty: $file:literal;)*) => {$(
-        impl Embedded for $type {
-            const FIXTURE: [&str; 2] = fixture!($file);
-        }
-    )*};
-}
-
-embedded! {
-    Weld: "welds/vertical.toml";
-    RobotFile: "robots/kr500-mt.toml";
-    Process: "processes/lap-weld-2024-t3.toml";
-    Control: "control/kr500-mt.toml";
-    Sensors: "sensors/kr500-mt.toml";
-    Requirements: "requirements/lap-weld.toml";
-}
-
-/// The welds as they were published, each with its name.
-const PUBLISHED: [(&str, [&str; 2]); 2] = [
-    ("vertical", fixture!("welds/published-vertical.toml")),
-    ("inclined", fixture!("welds/published-inclined.toml")),
-];
-
-/// Reads a file, or the embedded one where none is given, and adds its digest to `files`.
-pub fn read<T: Embedded>(path: Option<&Path>, files: &mut Vec<FileDigest>) -> Result<T> {
-    let (name, text) = match path {
-        Some(path) => read_text(path)?,
-        None => T::FIXTURE.map(str::to_owned).into(),
-    };
-    files.push(FileDigest::new(T::KIND.name(), &name, text.as_bytes()));
-    Ok(T::parse(&text, &name)?)
-}
+use trueweld::{CellFiles, WeldingCell};
 
 /// Input files of one weld; each has an embedded default.
 #[derive(Args, Default)]
-pub struct Files {
+pub(crate) struct WeldArguments {
     /// Weld file (default: the first published sequence)
     #[arg(long, value_name = "F")]
     weld: Option<PathBuf>,
     #[command(flatten)]
-    pub cell: CellFiles,
+    pub cell: CellArguments,
 }
 
-/// The value of an option within the possible range of its quantity.
-pub(crate) fn option(flag: &str, key: &str, value: f64) -> Result<f64> {
-    check_option(flag, key, value).map_err(|error| miette!("{error}"))
-}
-
-impl Files {
-    pub fn read(&self) -> Result<Inputs> {
+impl WeldArguments {
+    /// The cell with its weld.
+    pub(crate) fn read(&self) -> Result<WeldingCell> {
         self.cell.read(self.weld.as_deref())
     }
 }
 
 /// Input files of a cell, whatever it welds.
 #[derive(Args, Default)]
-pub struct CellFiles {
+pub(crate) struct CellArguments {
     /// Robot file (default: KR 500 MT with FSW end effector)
     #[arg(long, value_name = "F")]
     robot: Option<PathBuf>,
@@ -137,382 +66,35 @@ pub struct CellFiles {
 }
 
 /// Welds of one seam that may be asked for: a law that has not learned by then does not.
-pub fn passes() -> RangedI64ValueParser<u32> {
+pub(crate) fn passes() -> RangedI64ValueParser<u32> {
     clap::value_parser!(u32).range(1..=1000)
 }
 
-/// Longest plant step, s.
-pub const PLANT_STEP: f64 = 1e-3;
+impl CellArguments {
+    /// The cell's files and options.
+    pub(crate) fn files(&self) -> CellFiles {
+        CellFiles {
+            robot: self.robot.clone(),
+            model: self.model.clone(),
+            informed: self.informed,
+            process: self.process.clone(),
+            control: self.control.clone(),
+            sensors: self.sensors.clone(),
+            effects: self.effect.clone(),
+            stiffness_error: self.stiffness_error,
+            spindle_rpm: self.spindle_rpm,
+            period: self.period,
+            seed: self.seed,
+        }
+    }
 
-/// Longest plant step where welds are made by the hundred, s: a weld ends within 0.03 µm and 0.4 N
-/// of where it does at 0.25 ms.
-pub const STEP_OF_MANY: f64 = 2e-3;
+    /// The cell with a weld. `weld_file`: `None` for the embedded one.
+    pub(crate) fn read(&self, weld_file: Option<&Path>) -> Result<WeldingCell> {
+        self.files().read_weld(weld_file)
+    }
 
-/// Most memory that the record of one run may take, bytes.
-const MOST_MEMORY: f64 = 2e9;
-
-/// Everything read and checked.
-pub struct Inputs {
-    /// Where the weld was read from, for messages.
-    pub weld_file: String,
-    pub weld_name: String,
-    pub weld: Weld,
-    pub robot: RobotFile,
-    pub control: Control,
-    pub sensors: Sensors,
-    pub cell: Cell,
-    /// Effects of the real cell: the model file's, then those of the command line.
-    pub effects: Vec<Effect>,
-    /// What measurements leave open of the model file's numbers.
-    posterior: Option<ModelPosterior>,
-    /// The process as the weld is planned with it.
-    pub planned: Process,
-    /// The robot as the controller believes it is.
-    pub controller_model: Robot<f64>,
-    pub seed: u64,
-    /// Relative error of the stiffness in `controller_model`.
-    pub stiffness_error: f64,
-    /// True where `controller_model` has the model file's effects.
-    pub informed: bool,
-    /// Every file that was read.
-    pub files: Vec<FileDigest>,
-}
-
-/// The posterior of a model file.
-struct ModelPosterior {
-    of: Posterior,
-    file: PathBuf,
-    /// Whether it belongs to the robot, the process and the effects that the file has now.
-    is_sealed: bool,
-}
-
-impl CellFiles {
     /// Whether a control file is given, or the one that is part of the program stands in.
-    pub fn states_control(&self) -> bool {
+    pub(crate) fn states_control(&self) -> bool {
         self.control.is_some()
     }
-
-    /// Everything that a weld in this cell needs. `weld_file`: `None` for the embedded one.
-    pub fn read(&self, weld_file: Option<&Path>) -> Result<Inputs> {
-        let inputs = self.read_anywhere(weld_file)?;
-        check_reach(&inputs.controller_model, &inputs.weld)
-            .map_err(|error| inputs.failed(ControllerKind::External, &error))?;
-        Ok(inputs)
-    }
-
-    /// The same of a weld that the arm may not reach where its file has it.
-    pub fn read_anywhere(&self, weld_file: Option<&Path>) -> Result<Inputs> {
-        let mut files = Vec::new();
-        let weld = read::<Weld>(weld_file, &mut files)?;
-        let file = weld_file
-            .map_or("embedded welds/vertical.toml".into(), |path| path.display().to_string());
-        let name = weld_file
-            .and_then(Path::file_stem)
-            .map_or("vertical".into(), |stem| stem.to_string_lossy().into_owned());
-        self.with_weld(weld, [file, name], files)
-    }
-
-    /// Both welds as they were published, in this cell.
-    pub fn read_published(&self) -> Result<[Inputs; 2]> {
-        let read = |(name, [file, text]): (&str, [&str; 2])| {
-            let digest = FileDigest::new(Weld::KIND.name(), file, text.as_bytes());
-            let named = [file, name].map(str::to_owned);
-            self.with_weld(Weld::parse(text, file)?, named, vec![digest])
-        };
-        let [vertical, inclined] = PUBLISHED;
-        Ok([read(vertical)?, read(inclined)?])
-    }
-
-    /// The cell with a weld, which was read from `file` and has a name.
-    fn with_weld(
-        &self,
-        weld: Weld,
-        [weld_file, weld_name]: [String; 2],
-        mut files: Vec<FileDigest>,
-    ) -> Result<Inputs> {
-        let Model { robot, mut process, mut effects, posterior } = self.model(&mut files)?;
-        let known = if self.informed { self.known(&robot, &effects)? } else { robot.robot.clone() };
-        if let Some(rpm) = self.spindle_rpm {
-            let rpm = option("--spindle-rpm", "spindle_rpm", rpm)?;
-            process.spindle = (rpm * std::f64::consts::TAU / 60.0).copysign(process.spindle);
-        }
-        let mut control: Control = read(self.control.as_deref(), &mut files)?;
-        let sensors: Sensors = read(self.sensors.as_deref(), &mut files)?;
-        if let Some(period) = self.period {
-            control.period = option("--period", "period_s", period)?;
-        }
-        let cycles = WeldProgram::Weld.duration(&weld, &Seam::of(&weld)) / control.period;
-        let memory = cycles * size_of::<RecordRow>() as f64;
-        if memory > MOST_MEMORY {
-            return Err(miette!(
-                help = "Raise the feed or the control period, or shorten the ramps and settle_s.",
-                "the weld takes {cycles:.1e} control cycles, and its record {:.1} GB of memory; expected at most {:.1} GB",
-                memory / 1e9,
-                MOST_MEMORY / 1e9
-            ));
-        }
-        let parse = |text: &String| {
-            Effect::parse(text, &robot).map_err(|error| miette!("--effect {text}: {error}"))
-        };
-        effects.extend(self.effect.iter().map(parse).collect::<Result<Vec<_>>>()?);
-        let cell =
-            Cell::new(&robot.robot, &effects, &process, Seam::real(&weld)).into_diagnostic()?;
-        let error = self.stiffness_error.unwrap_or(0.0);
-        let error = option("--stiffness-error", "stiffness_error", error)?;
-        let factor = SVector::from_element(1.0 + error);
-        let controller_model = known
-            .with_stiffness_scaled(&factor)
-            .map_err(|_| miette!("--stiffness-error {error} leaves no possible robot"))?;
-        let inputs = Inputs {
-            weld_file,
-            weld_name,
-            seed: self.seed.unwrap_or(sensors.seed),
-            weld,
-            robot,
-            control,
-            sensors,
-            cell,
-            effects,
-            posterior,
-            planned: process,
-            controller_model,
-            stiffness_error: error,
-            informed: self.informed,
-            files,
-        };
-        check_weld(&inputs.weld, &inputs.planned, |key| inputs.place_in_weld(key));
-        Ok(inputs)
-    }
-
-    /// The robot with the model file's effects in its own numbers.
-    fn known(&self, robot: &RobotFile, effects: &[Effect]) -> Result<Robot<f64>> {
-        let acts = |e: &&Effect| e.values != e.kind.neutral(e.at).values;
-        let others = effects.iter().filter(acts).filter(|e| !e.is_of_robot_model());
-        let others: Vec<String> = others.map(|e| e.name(robot)).collect();
-        if !others.is_empty() {
-            let file = self.model.as_deref().unwrap_or(Path::new("")).display();
-            return Err(miette!(
-                help = "Give a copy of the model file without them to a controller that is to know the rest; or leave --informed out: then \
-                        the law meets all effects unknown.",
-                "--informed: a controller's model cannot hold {} of {file}; expected effects that are other numbers of the robot, such \
-                 as its stiffness and geometry",
-                others.join(" and ")
-            ));
-        }
-        let of_robot: Vec<Effect> =
-            effects.iter().filter(|e| e.is_of_robot_model()).cloned().collect();
-        let known = ElasticRobot::with_effects(&robot.robot, &of_robot, None).into_diagnostic()?;
-        Ok(known.model)
-    }
-
-    fn model(&self, files: &mut Vec<FileDigest>) -> Result<Model> {
-        let Some(path) = &self.model else {
-            let robot = read(self.robot.as_deref(), files)?;
-            let process = read(self.process.as_deref(), files)?;
-            return Ok(Model { robot, process, effects: Vec::new(), posterior: None });
-        };
-        let model = ModelFile::read(path)?;
-        files.extend(FileDigest::of_model(&model)?);
-        let effects = model.cell_effects();
-        let is_sealed = model.is_sealed()?;
-        let posterior =
-            model.posterior.map(|of| ModelPosterior { of, file: path.clone(), is_sealed });
-        let process = model.process.ok_or_else(|| {
-            miette!(
-                help = "Add `process = \"…\"`, the path of a process file from the model file's folder.",
-                "{}: names no process; expected one, to weld with",
-                path.display()
-            )
-        })?;
-        Ok(Model { robot: model.robot, process, effects, posterior })
-    }
-}
-
-/// Robot, process and effects of the real cell.
-struct Model {
-    robot: RobotFile,
-    process: Process,
-    effects: Vec<Effect>,
-    posterior: Option<ModelPosterior>,
-}
-
-impl Inputs {
-    /// Text of an input file, as it was read.
-    pub fn text<T: Embedded>(&self) -> Result<String> {
-        let [embedded, fixture] = T::FIXTURE;
-        let read = self.files.iter().find(|file| file.role == T::KIND.name());
-        let Some(read) = read.filter(|file| file.file != embedded) else {
-            return Ok(fixture.to_owned());
-        };
-        let (name, text) = read_text(Path::new(&read.file))?;
-        if FileDigest::new(&read.role, &read.file, text.as_bytes()) != *read {
-            return Err(miette!("{name}: it was changed since it was read"));
-        }
-        Ok(text)
-    }
-
-    /// What the robot file says of its own numbers: the comment that it begins with.
-    pub fn robot_grade(&self) -> Result<String> {
-        let text = self.text::<RobotFile>()?;
-        let lines = text.lines().map_while(|line| line.strip_prefix('#'));
-        Ok(lines.map(str::trim).collect::<Vec<_>>().join(" "))
-    }
-
-    /// Where a key of the weld file stands.
-    fn place_in_weld(&self, key: &str) -> String {
-        let text = self.text::<Weld>().unwrap_or_default();
-        match TomlDocument::parse(&text, &self.weld_file) {
-            Ok(document) if !text.is_empty() => document.root().place_of(key),
-            _ => self.weld_file.clone(),
-        }
-    }
-
-    /// What is not known of this cell where what was measured of it stands in place of what is
-    /// assumed; `None` where nothing was measured.
-    pub fn measured(&self, assumed: &UncertainCell) -> Result<Option<UncertainCell>> {
-        let Some(ModelPosterior { of, file, is_sealed }) = &self.posterior else {
-            return Ok(None);
-        };
-        let file = file.display();
-        if !is_sealed {
-            return Err(miette!(
-                help = "Run `improve` again for the model as it is; or take the table [posterior] out, and what the \
-                        requirements assume stands in its place.",
-                "{file}: what was measured is of another model: effects, robot, process or [posterior] were changed \
-                 since; expected them as `improve` wrote them"
-            ));
-        }
-        let cell = assumed.clone().measured(of, &self.robot, &self.planned, &self.sensors);
-        cell.map(Some).map_err(|why| miette!("{file}: {why}"))
-    }
-
-    /// Requirements as they are asked of this weld in this cell. `files`: with the requirements' among
-    /// them.
-    pub fn asked(&self, of: &Requirements, files: &[FileDigest]) -> Result<Requirements> {
-        let is = |file: &&FileDigest| file.role == Requirements::KIND.name();
-        let name = files.iter().find(is).map_or("", |file| &file.file);
-        of.of_weld(&self.weld, &self.planned, &self.control.compensation).map_err(|error| {
-            miette!(
-                help = "Half the pin is of the process file, push, feed and settle_s are of the weld file: a limit in another \
-                        unit, or of a part that the weld has not got, would pass whatever the law does.",
-                "{name}, for {}: {error}",
-                self.weld_file
-            )
-        })
-    }
-
-    /// What the cells of a certification are made from.
-    pub fn nominal<'a>(&'a self, uncertain: &'a UncertainCell) -> NominalCell<'a> {
-        NominalCell { robot: &self.robot.robot, effects: &self.effects, uncertain }
-    }
-
-    /// The options of a simulation. `plant_step`: the longest, s.
-    pub fn simulation(
-        &self,
-        controllers: &[ControllerKind],
-        laws: &[Entry],
-        passes: usize,
-        plant_step: f64,
-    ) -> SimulationRecord {
-        SimulationRecord {
-            welds: vec![self.weld_name.clone()],
-            controllers: controllers.iter().map(|c| c.name().to_owned()).collect(),
-            laws: laws.iter().map(|law| law.name().to_owned()).collect(),
-            stiffness_error: self.stiffness_error,
-            informed: self.informed,
-            spindle_rad_s: self.planned.spindle,
-            control_period_s: self.control.period,
-            plant_step_s: plant_step,
-            passes,
-            noise_seed: self.seed,
-            draws_seed: None,
-            force_step_n: None,
-            cores: Vec::new(),
-        }
-    }
-
-    /// What a controller's core is built from for this weld; nothing for a law that no core has.
-    pub fn cores(&self, controller: ControllerKind, law: &Entry) -> Vec<CoreRecord> {
-        let constants = self.scenario(WeldProgram::Weld, controller, law).constants();
-        let record = constants.map(|constants| CoreRecord {
-            weld: self.weld_name.clone(),
-            law: law.name().to_owned(),
-            sha256: constants.configuration.digest_text(),
-        });
-        record.into_iter().collect()
-    }
-
-    /// What a result of these inputs is of.
-    pub fn provenance(&self, command: &str, simulation: SimulationRecord) -> Provenance {
-        Provenance {
-            robot: self.robot.name.clone(),
-            effects: self.effects.iter().map(|e| EffectRecord::new(e, &self.robot)).collect(),
-            simulation: Some(simulation),
-            files: self.files.clone(),
-            ..of_program(command)
-        }
-    }
-
-    /// What to say of a run that did not come to its end.
-    pub fn failed(&self, controller: ControllerKind, error: &RunError) -> Report {
-        match error {
-            RunError::Reach { .. } | RunError::TooFast { .. } => miette!(
-                help = "Expected a seam that the robot reaches with the tool square to it: move start_m and end_m.",
-                "{}: {error}",
-                self.weld_file
-            ),
-            _ => miette!("{}, {} control: {error}", self.weld_file, controller.name()),
-        }
-    }
-
-    /// What to say of a weld that has no figures.
-    pub fn too_short(&self) -> Report {
-        miette!(
-            help =
-                "Expected a seam long enough for the feed to rise and settle: a few centimetres.",
-            "{}: the weld is too short to reach its steady part",
-            self.weld_file
-        )
-    }
-
-    pub fn scenario<'a>(
-        &'a self,
-        program: WeldProgram,
-        controller: ControllerKind,
-        law: &'a Entry,
-    ) -> Scenario<'a> {
-        Scenario {
-            name: &self.weld_name,
-            cell: &self.cell,
-            controller_model: &self.controller_model,
-            planned: &self.planned,
-            weld: &self.weld,
-            program,
-            control: &self.control,
-            sensors: &self.sensors,
-            controller,
-            law,
-            integrator: Integrator::LinearlyImplicit,
-            plant_step: PLANT_STEP,
-            seed: self.seed,
-            fault: None,
-        }
-    }
-}
-
-/// What a result of this program is of, without what was read: version, sources, command, and the
-/// warnings so far.
-pub(crate) fn of_program(command: &str) -> Provenance {
-    Provenance {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        sources: crate::SOURCES.to_owned(),
-        command: command.to_owned(),
-        warnings: warnings(),
-        ..Provenance::default()
-    }
-}
-
-/// True for two paths of one file.
-pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }

@@ -1,16 +1,16 @@
 //! The program `trueweld` as a library: its commands, with laws and effects of one's own beside
 //! those that it has.
 //!
-//! One short file a command; the work is done in the crates below. A program of one's own is a
-//! `main` that adds what it has and runs:
+//! One short file a command: arguments, the front door (`trueweld`), output. A program of one's own
+//! is a `main` that adds what it has and runs:
 //!
 //! ```no_run
 //! # use trueweld::laws::Uncompensated as MyLaw;
 //! # use trueweld::effects::{Action, EffectKind};
 //! # static MY_EFFECT: EffectKind =
 //! #     EffectKind { id: "my-effect", action: Action::Process(|_, _| {}), ..EffectKind::DEFAULT };
-//! fn main() -> trueweld::Result<()> {
-//!     trueweld::Program::new().law::<MyLaw>().effect(&MY_EFFECT).run()
+//! fn main() -> trueweld_cli::Result<()> {
+//!     trueweld_cli::run(trueweld::Program::new().law::<MyLaw>().effect(&MY_EFFECT))
 //! }
 //! ```
 
@@ -50,68 +50,17 @@ mod terminal;
 mod tune;
 mod weld;
 
-/// Laws: the trait to implement, and what it is made of.
-pub use trueweld_compensators as laws;
-/// What a law works with: robot, poses, observations.
-pub use trueweld_core as core;
-pub use trueweld_plant::{effects, robot};
-
 pub use miette::Result;
-#[doc(hidden)]
-pub use serde;
-
-/// What a law and an effect of one's own are written with.
-pub mod prelude {
-    pub use crate::core::compensation::{Compensator, Observation};
-    pub use crate::core::{Fault, Robot, Twist};
-    pub use crate::effects::{Action, EffectKind, LocationKind, Parameter};
-    pub use crate::gains;
-    pub use crate::laws::{FeedForward, GainError, Law, Needs, OuterIntegral, Setup, require};
-    pub use crate::robot::{JointState, Port, Term};
-
-    /// What a law asks for: a displacement of the set-point, axes of the weld frame.
-    pub type Demand = Result<Twist<f64>, Fault>;
-}
-
-/// Gains of a law of one's own, each with its default: a struct that is read from the law's table
-/// in a control file.
-#[macro_export]
-macro_rules! gains {
-    ($(#[$meta:meta])* $name:ident {
-        $($(#[$of:meta])* $key:ident: $kind:ty = $default:expr),* $(,)?
-    }) => {
-        $(#[$meta])*
-        #[derive($crate::serde::Serialize, $crate::serde::Deserialize)]
-        #[serde(crate = "trueweld::serde")]
-        struct $name {
-            $($(#[$of])* $key: $kind),*
-        }
-
-        impl Default for $name {
-            fn default() -> Self {
-                Self { $($key: $default),* }
-            }
-        }
-    };
-}
 
 use clap::{Parser, Subcommand};
-use effects::EffectKind;
-use laws::{Entry, Law};
-use miette::IntoDiagnostic;
-
-/// SHA-256 of the sources that the program is built from, as the build script states it.
-const SOURCES: &str = env!("TRUEWELD_SOURCES");
+use trueweld::Program;
 
 /// Keeps a robot's welding tool true while the robot bends under it.
 ///
 /// Without a command: the first published weld, with and without compensation, written to
 /// out/weld.html and out/weld.rrd.
 #[derive(Parser)]
-#[command(
-    version = concat!(env!("CARGO_PKG_VERSION"), " (sources ", env!("TRUEWELD_SOURCES"), ")"),
-    max_term_width = 110
-)]
+#[command(name = "trueweld", version = trueweld::VERSION, max_term_width = 110)]
 struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
@@ -168,42 +117,14 @@ enum Command {
     Schema(schema::Arguments),
 }
 
-/// The program: its commands, and the laws and effects that they know.
-#[derive(Debug, Default)]
-pub struct Program {
-    laws: Vec<Entry>,
-    effects: Vec<&'static EffectKind>,
-}
-
-impl Program {
-    /// The program with the laws and effects of this project.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Adds a law, which every command then knows by its name.
-    #[must_use]
-    pub fn law<L: Law<f64>>(mut self) -> Self {
-        self.laws.push(Entry::of::<L>());
-        self
-    }
-
-    /// Adds an effect, which every command then knows by its identifier.
-    #[must_use]
-    pub fn effect(mut self, effect: &'static EffectKind) -> Self {
-        self.effects.push(effect);
-        self
-    }
-
-    /// Runs the command of this process's arguments. Wrong arguments end the process.
-    ///
-    /// # Errors
-    /// What the command cannot do, to be shown to the user.
-    pub fn run(self) -> Result<()> {
-        laws::install(self.laws).into_diagnostic()?;
-        effects::install(self.effects).into_diagnostic()?;
-        Arguments::parse().run().map_err(terminal::shown)
-    }
+/// Runs the command of this process's arguments, with the laws and effects of a program. Wrong
+/// arguments end the process.
+///
+/// # Errors
+/// What the command cannot do, to be shown to the user.
+pub fn run(program: Program) -> Result<()> {
+    program.install()?;
+    Arguments::parse().run().map_err(terminal::shown)
 }
 
 impl Arguments {

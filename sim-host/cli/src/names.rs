@@ -10,7 +10,7 @@ use trueweld_plant::simulate;
 
 /// A hybrid controller.
 #[derive(Clone, Copy, ValueEnum)]
-pub enum Controller {
+pub(crate) enum Controller {
     /// Parallel hybrid control with selection matrix (2.2)
     Parallel,
     /// Superposed hybrid control (2.3)
@@ -20,7 +20,7 @@ pub enum Controller {
 }
 
 impl Controller {
-    pub fn controller(self) -> simulate::ControllerKind {
+    pub(crate) fn controller(self) -> simulate::ControllerKind {
         match self {
             Self::Parallel => simulate::ControllerKind::Parallel,
             Self::Superposed => simulate::ControllerKind::Superposed,
@@ -31,7 +31,7 @@ impl Controller {
 
 /// Reads the name of a law, or the names of several with a plus between them.
 #[derive(Clone)]
-pub struct LawParser;
+pub(crate) struct LawParser;
 
 impl TypedValueParser for LawParser {
     type Value = Entry;

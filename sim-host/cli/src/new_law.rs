@@ -8,7 +8,7 @@ use trueweld_compensators::{Entry, library, may_be_name};
 
 /// Arguments of `new-law`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Name of the law: lower-case letters, digits and hyphens
     name: String,
     /// Folder to write (default: the name)
@@ -16,8 +16,8 @@ pub struct Arguments {
     out: Option<PathBuf>,
 }
 
-/// Folder of this crate, on which the written one depends.
-const TRUEWELD: &str = env!("CARGO_MANIFEST_DIR");
+/// Folder of this crate, which stands beside the other one on which the written one depends.
+const CLI_FOLDER: &str = env!("CARGO_MANIFEST_DIR");
 
 /// What the example calls its law.
 const EXAMPLE: &str = "own-law";
@@ -29,7 +29,7 @@ const FILES: [(&str, &str); 2] = [
 ];
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let name = &arguments.name;
     if !may_be_name(name) {
         return Err(miette!(
@@ -46,9 +46,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot make the folder {}", folder.display()))?;
     for (file, text) in FILES {
-        let text = text
-            .replace(EXAMPLE, name)
-            .replace("\"../../sim-host/cli\"", &toml::Value::from(TRUEWELD).to_string());
+        let mut text = text.replace(EXAMPLE, name);
+        for dependency in ["cli", "trueweld"] {
+            let path = Path::new(CLI_FOLDER).with_file_name(dependency);
+            let path = toml::Value::from(path.display().to_string()).to_string();
+            text = text.replace(&format!("\"../../sim-host/{dependency}\""), &path);
+        }
         trueweld_output::write_file(&folder.join(file), text)?;
     }
     say!(

@@ -1,11 +1,10 @@
 //! `trueweld record`: logs of a simulated cell, as a laboratory would record them.
 
-use crate::inputs::read;
-use crate::measured::provenance;
 use crate::results::{FormFiles, Results, check_empty_folder, check_outputs, check_targets, write};
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
 use std::path::PathBuf;
+use trueweld::{measured_provenance, read_input};
 use trueweld_laboratory::ProtocolFile;
 use trueweld_measure::data::campaign::Campaign;
 use trueweld_output::RecordReport;
@@ -14,7 +13,7 @@ use trueweld_plant::provenance::{EffectRecord, FileDigest};
 
 /// Arguments of `record`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Protocol file: the cell, its effects, and the logs to record
     protocol: PathBuf,
     /// Folder of the campaign to write; nothing may be in it yet
@@ -37,7 +36,7 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let out = &arguments.out;
     check_empty_folder("--out", out)?;
     let results = Results {
@@ -53,11 +52,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     protocol.seed = arguments.seed.unwrap_or(protocol.seed);
     let control = match protocol.control.clone() {
         Some(control) => control,
-        None => read::<Control>(None, &mut Vec::new())?,
+        None => read_input::<Control>(None, &mut Vec::new())?,
     };
     let sensors = match protocol.sensors.clone() {
         Some(sensors) => sensors,
-        None => read::<Sensors>(None, &mut Vec::new())?,
+        None => read_input::<Sensors>(None, &mut Vec::new())?,
     };
     check_outputs(&outputs)?;
     let progress = results.progress("recording", protocol.logs.len() as f64);
@@ -66,7 +65,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     // Half a campaign is none. The folder was empty before.
     let truth = done.inspect_err(|_| drop(std::fs::remove_dir_all(out))).into_diagnostic()?;
     let recorded = Campaign::read(out)?;
-    let mut provenance = provenance("record", &ModelFile::read(recorded.model)?, &recorded.logs)?;
+    let mut provenance =
+        measured_provenance("record", &ModelFile::read(recorded.model)?, &recorded.logs)?;
     let robot = &protocol.model.robot;
     provenance.effects.extend(protocol.effects.iter().map(|e| EffectRecord::new(e, robot)));
     provenance.files.insert(0, FileDigest::of_file("protocol", &arguments.protocol)?);

@@ -1,10 +1,11 @@
 //! `trueweld register`: where the tracker stands, and what it sees of the tool.
 
-use crate::measured::{Measurements, refuse_mistakes};
+use crate::measured::{LogArguments, refuse_mistakes};
 use crate::results::{Results, check_outputs, check_targets};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::fs;
+use trueweld::{GivenLogs, measured_provenance};
 use trueweld_measure::align::align_clocks;
 use trueweld_measure::data::log::LOG_FILE;
 use trueweld_measure::mistakes::{find, registrations};
@@ -13,9 +14,9 @@ use trueweld_output::{RegisterReport, tracker_table, write_file};
 
 /// Arguments of `register`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
-    measurements: Measurements,
+    measurements: LogArguments,
     /// Write what was found into the log.toml of each log, as its table [tracker]
     #[arg(long)]
     write: bool,
@@ -24,10 +25,10 @@ pub struct Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let outputs = arguments.results.outputs();
     check_targets(&outputs)?;
-    let (model, mut logs) = arguments.measurements.read_files()?;
+    let GivenLogs { model, mut logs } = arguments.measurements.read_files()?;
     align_clocks(&mut logs, &baseline(&model)).into_diagnostic()?;
     check_outputs(&outputs)?;
     let files: Vec<_> = logs.iter().map(|log| log.path.join(LOG_FILE)).collect();
@@ -48,7 +49,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "no log tells where the tracker stands; expected tracker columns and poses apart from each other"
         ));
     }
-    let provenance = crate::measured::provenance("register", &model, &logs)?;
+    let provenance = measured_provenance("register", &model, &logs)?;
     let report = RegisterReport { model: &model, registered: &registered, provenance: &provenance };
     arguments.results.write(&report)?;
     for registered in registered.iter().filter(|_| arguments.write) {

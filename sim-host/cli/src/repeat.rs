@@ -5,7 +5,7 @@ use clap::parser::ValueSource;
 
 /// The command line of this process's command as a shell takes it, without options that do not
 /// matter to others.
-pub fn command_line(command: &str, without: &[&str]) -> String {
+pub(crate) fn command_line(command: &str, without: &[&str]) -> String {
     let program = crate::Arguments::command();
     let all = program.clone().get_matches();
     let mut words = vec![program.get_name().to_owned(), command.to_owned()];

@@ -10,7 +10,7 @@ use trueweld_plant::input::{files_read, folder_of, may_write_into, remove_stale}
 
 /// Result files of any command.
 #[derive(Args, Clone, Default)]
-pub struct Results {
+pub(crate) struct Results {
     /// Write the figures as JSON; `-` writes them to standard output, and the text to standard error
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
@@ -26,7 +26,7 @@ pub struct Results {
 
 impl Results {
     /// The files asked for, and the flags that ask for them.
-    pub fn outputs(&self) -> Vec<(&'static str, &Path)> {
+    pub(crate) fn outputs(&self) -> Vec<(&'static str, &Path)> {
         let json = self.json.iter().map(|path| ("--json", path));
         let forms = self.forms.0.iter().map(|(form, path)| (form.flag, path));
         let samples = self.samples.iter().map(|path| ("--samples", path));
@@ -34,12 +34,12 @@ impl Results {
     }
 
     /// The bar of some work.
-    pub fn progress(&self, label: &str, total: f64) -> Progress {
+    pub(crate) fn progress(&self, label: &str, total: f64) -> Progress {
         if self.quiet { Progress::silent() } else { Progress::new(label, total) }
     }
 
     /// Shows a result, and writes the files that were asked for.
-    pub fn write(&self, report: &impl Report) -> Result<()> {
+    pub(crate) fn write(&self, report: &impl Report) -> Result<()> {
         say!("{}", report.text());
         if let Some(path) = &self.json {
             write(path, &report.json_text())?;
@@ -61,11 +61,11 @@ impl Results {
 
 /// Files of the forms that a document can be written in, where they are asked for.
 #[derive(Clone, Default)]
-pub struct FormFiles(Vec<(&'static Form, PathBuf)>);
+pub(crate) struct FormFiles(Vec<(&'static Form, PathBuf)>);
 
 impl FormFiles {
     /// The same with a page, where none is asked for.
-    pub fn or_page(mut self, path: &str) -> Self {
+    pub(crate) fn or_page(mut self, path: &str) -> Self {
         let page = &FORMS[0];
         if self.0.iter().all(|(form, _)| form.flag != page.flag) {
             self.0.push((page, path.into()));
@@ -107,7 +107,7 @@ impl Args for FormFiles {
 
 /// Result files of a command whose result can be recorded.
 #[derive(Args, Default)]
-pub struct RecordedResults {
+pub(crate) struct RecordedResults {
     #[command(flatten)]
     pub files: Results,
     /// Write a Rerun recording (open with: rerun FILE)
@@ -117,14 +117,14 @@ pub struct RecordedResults {
 
 impl RecordedResults {
     /// As [`Results::outputs`].
-    pub fn outputs(&self) -> Vec<(&'static str, &Path)> {
+    pub(crate) fn outputs(&self) -> Vec<(&'static str, &Path)> {
         let mut outputs = self.files.outputs();
         outputs.extend(self.rrd.as_deref().map(|path| ("--rrd", path)));
         outputs
     }
 
     /// As [`Results::write`].
-    pub fn write(&self, report: &(impl Report + Recorded)) -> Result<()> {
+    pub(crate) fn write(&self, report: &(impl Report + Recorded)) -> Result<()> {
         self.files.write(report)?;
         #[cfg(feature = "rerun")]
         if let Some(path) = &self.rrd {
@@ -142,7 +142,7 @@ const STDOUT: &str = "-";
 ///
 /// # Errors
 /// The operating system's.
-pub fn write(path: &Path, text: &str) -> Result<()> {
+pub(crate) fn write(path: &Path, text: &str) -> Result<()> {
     if path == Path::new(STDOUT) {
         return terminal::write_result(text.as_bytes());
     }
@@ -161,7 +161,7 @@ const OUT: &str = "out";
 /// # Errors
 /// A path in no folder or in one that cannot be written into, a folder, a form that this build does
 /// not have.
-pub fn check_targets(outputs: &[(&str, &Path)]) -> Result<()> {
+pub(crate) fn check_targets(outputs: &[(&str, &Path)]) -> Result<()> {
     for (flag, path) in outputs {
         let refuse = |why: &str| refused(flag, path, why);
         if *flag == "--rrd" && cfg!(not(feature = "rerun")) {
@@ -195,7 +195,7 @@ pub fn check_targets(outputs: &[(&str, &Path)]) -> Result<()> {
 ///
 /// # Errors
 /// A file of that name; a folder in which it cannot be made.
-pub fn check_new_folder(flag: &str, path: &Path) -> Result<()> {
+pub(crate) fn check_new_folder(flag: &str, path: &Path) -> Result<()> {
     let there = path.ancestors().find(|folder| folder.exists()).unwrap_or(Path::new("."));
     check_folder(flag, path, there)
 }
@@ -204,7 +204,7 @@ pub fn check_new_folder(flag: &str, path: &Path) -> Result<()> {
 ///
 /// # Errors
 /// Those of [`check_new_folder`]; something in it.
-pub fn check_empty_folder(flag: &str, path: &Path) -> Result<()> {
+pub(crate) fn check_empty_folder(flag: &str, path: &Path) -> Result<()> {
     check_new_folder(flag, path)?;
     if path.exists() && std::fs::read_dir(path).into_diagnostic()?.next().is_some() {
         return Err(miette!(
@@ -238,7 +238,7 @@ fn refused(flag: &str, path: &Path, why: &str) -> Result<()> {
 /// # Errors
 /// Those of [`check_targets`]; an output that is an input, settings that somebody wrote, or two
 /// outputs in one file.
-pub fn check_outputs(outputs: &[(&str, &Path)]) -> Result<()> {
+pub(crate) fn check_outputs(outputs: &[(&str, &Path)]) -> Result<()> {
     terminal::tell_warnings();
     check_targets(outputs)?;
     let inputs = files_read();

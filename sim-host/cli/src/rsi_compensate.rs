@@ -1,6 +1,6 @@
 //! `trueweld rsi-compensate`: a law that drives a robot over RSI, simulated or real.
 
-use crate::inputs::{Files, Inputs};
+use crate::inputs::WeldArguments;
 use crate::names::LawParser;
 use crate::rsi_counts::{bound, of_client, of_malformed};
 use crate::rsi_live::LiveViewer;
@@ -9,6 +9,7 @@ use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
 use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
+use trueweld::WeldingCell;
 use trueweld_compensators::Entry;
 use trueweld_core::compensation::Compensator;
 use trueweld_laboratory::ReadRow;
@@ -19,9 +20,9 @@ use trueweld_rsi::{Client, Seen, Served, serve};
 
 /// Arguments of `rsi-compensate`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
-    files: Files,
+    files: WeldArguments,
     /// Compensation law, or several with + between them
     #[arg(long, value_name = "LAW", value_parser = LawParser, default_value = "elastostatic")]
     compensator: Entry,
@@ -51,7 +52,7 @@ pub struct Arguments {
 }
 
 /// What a client knows of the cell.
-pub fn knowledge(inputs: &Inputs) -> Knowledge {
+pub(crate) fn knowledge(inputs: &WeldingCell) -> Knowledge {
     Knowledge {
         model: inputs.controller_model.clone(),
         seam: Seam::of(&inputs.weld),
@@ -62,13 +63,13 @@ pub fn knowledge(inputs: &Inputs) -> Knowledge {
 }
 
 /// The law of a client.
-pub fn law(inputs: &Inputs, law: &Entry) -> Result<Box<dyn Compensator<f64>>> {
+pub(crate) fn law(inputs: &WeldingCell, law: &Entry) -> Result<Box<dyn Compensator<f64>>> {
     let scenario = inputs.scenario(WeldProgram::Weld, ControllerKind::External, law);
     scenario.build_law().into_diagnostic()
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let above = |flag: &str, value: f64| {
         (value.is_finite() && value > 0.0 && value < 1e6)
             .then_some(value)

@@ -6,14 +6,14 @@ use trueweld_rsi::packet::PacketError;
 use trueweld_rsi::{ClientCounts, LinkCounts};
 
 /// A UDP socket at an address.
-pub fn bound(address: SocketAddr) -> Result<UdpSocket> {
+pub(crate) fn bound(address: SocketAddr) -> Result<UdpSocket> {
     UdpSocket::bind(address).into_diagnostic().wrap_err_with(|| {
         format!("{address}: expected an address of this machine with a free port")
     })
 }
 
 /// What became of the packets of a controller.
-pub fn of_link(counts: &LinkCounts) -> String {
+pub(crate) fn of_link(counts: &LinkCounts) -> String {
     table(&[
         ("cycles", counts.cycles),
         ("answered in time", counts.answered),
@@ -29,7 +29,7 @@ pub fn of_link(counts: &LinkCounts) -> String {
 }
 
 /// What became of the packets of a client.
-pub fn of_client(counts: &ClientCounts) -> String {
+pub(crate) fn of_client(counts: &ClientCounts) -> String {
     table(&[
         ("answered", counts.answered),
         ("late, says the robot", counts.late),
@@ -43,7 +43,7 @@ pub fn of_client(counts: &ClientCounts) -> String {
 }
 
 /// Why a packet could not be read, where one could not.
-pub fn of_malformed(error: Option<&PacketError>) -> String {
+pub(crate) fn of_malformed(error: Option<&PacketError>) -> String {
     error.map_or(String::new(), |error| format!("first malformed packet  {error}\n"))
 }
 

@@ -14,7 +14,7 @@ use trueweld_plant::simulate::{RecordRow, Scenario};
 
 /// The viewer of a weld.
 #[derive(Args)]
-pub struct LiveViewer {
+pub(crate) struct LiveViewer {
     /// Show the weld as it is made in a running Rerun viewer
     #[arg(
         long = "live",
@@ -26,14 +26,14 @@ pub struct LiveViewer {
 }
 
 /// A weld that may be shown.
-pub struct Shown {
+pub(crate) struct Shown {
     #[cfg(feature = "rerun")]
     live: Option<Live>,
 }
 
 impl LiveViewer {
     /// Connects to the viewer, if one is asked for. `compensator`: the law's name.
-    pub fn connect(&self, scenario: &Scenario<'_>, compensator: &str) -> Result<Shown> {
+    pub(crate) fn connect(&self, scenario: &Scenario<'_>, compensator: &str) -> Result<Shown> {
         let Some(url) = &self.url else { return Ok(Shown::nowhere()) };
         #[cfg(feature = "rerun")]
         {
@@ -66,7 +66,7 @@ impl Shown {
     }
 
     /// Shows one more row.
-    pub fn row(&self, row: &RecordRow) {
+    pub(crate) fn row(&self, row: &RecordRow) {
         #[cfg(feature = "rerun")]
         if let Some(live) = &self.live {
             live.row(row);
@@ -76,7 +76,7 @@ impl Shown {
     }
 
     /// Waits until all is shown. A viewer that went away does not undo the weld: it is said.
-    pub fn finish(self) -> Result<()> {
+    pub(crate) fn finish(self) -> Result<()> {
         #[cfg(feature = "rerun")]
         if let Some(Err(error)) = self.live.map(Live::finish) {
             say!("not all was shown: {error}\n");

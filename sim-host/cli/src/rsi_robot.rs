@@ -1,7 +1,7 @@
 //! `trueweld rsi-robot`: a simulated KUKA controller with the elastic robot and the process behind
 //! it.
 
-use crate::inputs::{Files, PLANT_STEP};
+use crate::inputs::WeldArguments;
 use crate::names::{Controller, LawParser};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use crate::rsi_compensate;
@@ -15,6 +15,7 @@ use std::ops::ControlFlow;
 use std::slice;
 use std::thread;
 use std::time::Duration;
+use trueweld::PLANT_STEP;
 use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_evaluate::WeldFigures;
 use trueweld_output::{WeldReport, WeldRun};
@@ -31,9 +32,9 @@ const SILENCE: Duration = Duration::from_millis(300);
 
 /// Arguments of `rsi-robot`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
-    files: Files,
+    files: WeldArguments,
     /// Hybrid force/position controller
     #[arg(long, value_enum, default_value_t = Controller::External)]
     controller: Controller,
@@ -125,7 +126,7 @@ impl Arguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let outputs = arguments.results.outputs();
     check_targets(&outputs)?;
     arguments.log.check()?;

@@ -6,14 +6,14 @@ use trueweld_output::json::schemas;
 
 /// Arguments of `schema`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Name of the schema, as a result has it before the slash (default: list the names)
     #[arg(value_name = "NAME")]
     name: Option<String>,
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let all = schemas();
     let names: Vec<&str> = all.iter().map(|(name, _)| *name).collect();
     let Some(asked) = &arguments.name else {

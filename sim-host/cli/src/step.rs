@@ -1,11 +1,12 @@
 //! `trueweld step`: the published step of 11 kN at the start of the weld, with all three
 //! controllers.
 
-use crate::inputs::{Files, PLANT_STEP, option};
+use crate::inputs::WeldArguments;
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{Result, miette};
 use std::slice;
+use trueweld::{PLANT_STEP, checked_option};
 use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_evaluate::StepFigures;
 use trueweld_output::{StepReport, StepRun};
@@ -13,9 +14,9 @@ use trueweld_plant::simulate::{self, ControllerKind, WeldProgram};
 
 /// Arguments of `step`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
-    files: Files,
+    files: WeldArguments,
     /// Height of the step in newtons
     #[arg(long, value_name = "N", default_value_t = 11_000.0, allow_negative_numbers = true)]
     height: f64,
@@ -30,12 +31,12 @@ const HOLD: f64 = 1.0;
 const LENGTH: f64 = 3.0;
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let height = arguments.height;
     if !(height.is_finite() && height != 0.0) {
         return Err(miette!("--height {height}: expected a number of newtons other than 0"));
     }
-    option("--height", "force_n", height.abs())?;
+    checked_option("--height", "force_n", height.abs())?;
     let outputs = arguments.results.outputs();
     check_targets(&outputs)?;
     let inputs = arguments.files.read()?;

@@ -9,7 +9,7 @@ use trueweld_plant::input::{InputError, printable, warnings};
 static RESULT_ON_STDOUT: AtomicBool = AtomicBool::new(false);
 
 /// From now on standard output is for a result alone.
-pub fn keep_stdout_for_result() {
+pub(crate) fn keep_stdout_for_result() {
     RESULT_ON_STDOUT.store(true, Ordering::Relaxed);
 }
 
@@ -17,7 +17,7 @@ pub fn keep_stdout_for_result() {
 ///
 /// # Errors
 /// Those of [`write_all`].
-pub fn say(text: &str) -> Result<()> {
+pub(crate) fn say(text: &str) -> Result<()> {
     let text = printable(text);
     if RESULT_ON_STDOUT.load(Ordering::Relaxed) {
         write_all(stderr(), text.as_bytes())
@@ -28,12 +28,12 @@ pub fn say(text: &str) -> Result<()> {
 
 /// Tells what is wrong on standard error. Where that cannot be written, nobody is there to read it, and
 /// the status tells.
-pub fn complain(text: &str) {
+pub(crate) fn complain(text: &str) {
     let _ = write_all(stderr(), text.as_bytes());
 }
 
 /// Tells values outside their plausible range on standard error, each once.
-pub fn tell_warnings() {
+pub(crate) fn tell_warnings() {
     static TOLD: AtomicUsize = AtomicUsize::new(0);
     let warnings = warnings();
     let told = TOLD.swap(warnings.len(), Ordering::Relaxed);
@@ -46,7 +46,7 @@ pub fn tell_warnings() {
 ///
 /// # Errors
 /// Those of [`write_all`].
-pub fn write_result(bytes: &[u8]) -> Result<()> {
+pub(crate) fn write_result(bytes: &[u8]) -> Result<()> {
     write_all(stdout(), bytes)
 }
 
@@ -62,7 +62,7 @@ fn write_all(mut to: impl Write, bytes: &[u8]) -> Result<()> {
 }
 
 /// An error fit for the terminal. Those of input files are so already.
-pub fn shown(error: Report) -> Report {
+pub(crate) fn shown(error: Report) -> Report {
     match error.downcast::<InputError>() {
         Ok(error) => error.into(),
         Err(error) => {

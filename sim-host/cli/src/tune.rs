@@ -1,11 +1,12 @@
 //! `trueweld tune`: gains for a robot that is not ours, and the runs that confirm them.
 
-use crate::inputs::{CellFiles, PLANT_STEP, read};
+use crate::inputs::CellArguments;
 use crate::names::LawParser;
 use crate::results::{Results, check_outputs, check_targets, write};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
 use std::path::PathBuf;
+use trueweld::{PLANT_STEP, read_input};
 use trueweld_compensators::{Entry, FeedForward, SeamTracking, Uncompensated, library};
 use trueweld_evaluate::Requirements;
 use trueweld_evaluate::tune::{AskedResponse, TuneError, TuneTask, tune};
@@ -16,7 +17,7 @@ use trueweld_plant::simulate::{ControllerKind, Scenario, WeldProgram};
 
 /// Arguments of `tune`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Weld file (default: the first published sequence)
     #[arg(long, value_name = "F")]
     weld: Option<PathBuf>,
@@ -36,7 +37,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N")]
     height: Option<f64>,
     #[command(flatten)]
-    cell: CellFiles,
+    cell: CellArguments,
     /// Control file to write
     #[arg(long, value_name = "FILE", default_value = "out/control.toml")]
     out: PathBuf,
@@ -51,7 +52,7 @@ const STATIC_ERROR: f64 = 0.05;
 const OF_PUSH: f64 = 0.6;
 
 /// Runs the command. Gains that the runs do not confirm end the program with status 1.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let response = |flag: &str, value: f64, most: f64| {
         let usable = value > 0.0 && value <= most;
         usable
@@ -64,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     outputs.push(("--out", &arguments.out));
     check_targets(&outputs)?;
     let mut files = Vec::new();
-    let requirements: Requirements = read(arguments.requirements.as_deref(), &mut files)?;
+    let requirements: Requirements = read_input(arguments.requirements.as_deref(), &mut files)?;
     let margins = requirements.margins.as_ref().ok_or_else(|| {
         miette!(
             help = "Add a table [margins] with places and the least margins.",

@@ -36,7 +36,7 @@ pub use rate::Rate;
 pub use requirements::{Faults, IdleLimit, MarginLimits, NotRequired, Requirements};
 pub use step::StepFigures;
 pub use uncertain::{
-    Distribution, Group, NoSuchNumber, ReplacedAssumption, SEAM_KEYS, SHORT_SOURCE, UncertainCell,
+    Distribution, Group, NoSuchNumber, ReplacedAssumption, SHORT_SOURCE, UncertainCell,
     UncertainEntry, UncertainNumber, Uncertainty,
 };
 pub use weld::{

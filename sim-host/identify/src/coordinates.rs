@@ -128,20 +128,20 @@ pub(crate) struct FreeCoordinate {
 }
 
 impl FreeCoordinate {
-    pub fn of_joint(coordinate: &'static Coordinate, joint: usize, told: bool) -> Self {
+    pub(crate) fn of_joint(coordinate: &'static Coordinate, joint: usize, told: bool) -> Self {
         Self { coordinate, at: Location::Joint(joint), order: 0.0, told }
     }
 
-    pub fn of_cell(coordinate: &'static Coordinate) -> Self {
+    pub(crate) fn of_cell(coordinate: &'static Coordinate) -> Self {
         Self { coordinate, at: Location::Cell, order: 0.0, told: true }
     }
 
-    pub fn of_order(coordinate: &'static Coordinate, order: f64) -> Self {
+    pub(crate) fn of_order(coordinate: &'static Coordinate, order: f64) -> Self {
         Self { order, ..Self::of_cell(coordinate) }
     }
 
     /// The effect by which the number is moved.
-    pub fn effect(&self, moved: f64) -> Effect {
+    pub(crate) fn effect(&self, moved: f64) -> Effect {
         let mut effect = self.coordinate.kind.neutral(self.at);
         if let [order, part] = effect.values.as_mut_slice() {
             (*order, *part) = (self.order, moved);
@@ -152,7 +152,7 @@ impl FreeCoordinate {
     }
 
     /// What is expected of each of the effect's values, where the number is free: 0 for what is not.
-    pub fn expected(&self, deviation: f64) -> Vec<f64> {
+    pub(crate) fn expected(&self, deviation: f64) -> Vec<f64> {
         match self.coordinate.kind.parameters.len() {
             1 => vec![deviation],
             _ => vec![0.0, deviation],
@@ -160,7 +160,7 @@ impl FreeCoordinate {
     }
 
     /// The value that a model has of the number.
-    pub fn value(&self, model: &ModelFile) -> f64 {
+    pub(crate) fn value(&self, model: &ModelFile) -> f64 {
         let joints = &model.robot.parameters.joints;
         match self.at {
             Location::Joint(j) if std::ptr::eq(self.coordinate, &STIFFNESS) => joints[j].stiffness,

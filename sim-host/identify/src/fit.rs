@@ -239,7 +239,7 @@ pub(crate) fn converge(
 
 impl IdentificationFit {
     /// √mean((residual/noise)²) of the same logs under a model with the calibrations found.
-    pub fn score_of(&self, model: &ModelFile) -> Result<f64, IdentifyError> {
+    pub(crate) fn score_of(&self, model: &ModelFile) -> Result<f64, IdentifyError> {
         let problem = FitProblem::new(model, experiments(&self.logs, &baseline(model))?);
         let mut point = self.fitted.point.clone();
         for k in &self.indices {

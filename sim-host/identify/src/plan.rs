@@ -63,9 +63,9 @@ pub struct StiffnessPlan {
 }
 
 /// Shares of a payload and of a push.
-pub const PAYLOAD_SHARES: [f64; 7] = [0.0, 0.25, 0.5, 0.75, 1.0, 0.5, 0.0];
+pub(crate) const PAYLOAD_SHARES: [f64; 7] = [0.0, 0.25, 0.5, 0.75, 1.0, 0.5, 0.0];
 /// See [`PAYLOAD_SHARES`].
-pub const PUSH_SHARES: [f64; 9] = [0.0, 0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0];
+pub(crate) const PUSH_SHARES: [f64; 9] = [0.0, 0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0];
 
 /// Postures looked at.
 const POSTURES_TRIED: usize = 600;

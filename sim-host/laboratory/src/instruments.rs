@@ -12,7 +12,7 @@ pub(crate) enum SimulatedLogKind {
 }
 
 impl SimulatedLogKind {
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Static => "static-load",
             Self::Ring => "ring-down",
@@ -22,7 +22,7 @@ impl SimulatedLogKind {
     }
 
     /// Time between rows, s, where it is even.
-    pub fn period(self) -> Option<f64> {
+    pub(crate) fn period(self) -> Option<f64> {
         match self {
             Self::Static => None,
             Self::Ring => Some(0.001),
@@ -33,7 +33,7 @@ impl SimulatedLogKind {
 
     /// Columns that are set rather than read by an instrument, and their digits: the payload and
     /// its centre; the spindle speed.
-    pub fn given(self) -> (&'static [&'static str], usize) {
+    pub(crate) fn given(self) -> (&'static [&'static str], usize) {
         match self {
             Self::Static => (&["payload_kg", "cx_m", "cy_m", "cz_m"], 4),
             Self::Weld => (&["spindle_rad_s"], 5),

@@ -67,7 +67,7 @@ const RING_DOWN_BRAKE_DURATION: f64 = 0.003;
 
 impl Recorder<'_> {
     /// Records a log of a protocol, which has this number among them, into a folder.
-    pub fn record(
+    pub(crate) fn record(
         &self,
         number: u64,
         log: &PlannedLog,
@@ -245,7 +245,7 @@ pub(crate) fn write_weld(
 
 impl LogWriter<'_> {
     /// Writes every log into the campaign's folder and returns their names.
-    pub fn write(&self, folder: &path::Path) -> Result<Vec<String>, CampaignError> {
+    pub(crate) fn write(&self, folder: &path::Path) -> Result<Vec<String>, CampaignError> {
         let mut names = Vec::new();
         // The logs held out carry numbers of their own.
         let (suffix, mut number) = if self.held_out { ("-2", 100) } else { ("", 0) };

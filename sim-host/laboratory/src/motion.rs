@@ -95,7 +95,7 @@ enum PieceMotion {
 
 impl Moves {
     /// From rest through points, each reached by a move of least jerk and followed by a rest.
-    pub fn through(start: JointVector<f64>, waypoints: &[Waypoint]) -> Self {
+    pub(crate) fn through(start: JointVector<f64>, waypoints: &[Waypoint]) -> Self {
         let (mut from, mut time, mut pieces) = (start, MOVE_DWELL, Vec::new());
         for Waypoint { to, takes, dwell } in waypoints {
             pieces.push(MotionPiece {
@@ -111,12 +111,12 @@ impl Moves {
     }
 
     /// How long they last, with the rests, s.
-    pub fn lasts(&self) -> f64 {
+    pub(crate) fn lasts(&self) -> f64 {
         self.lasts
     }
 
     /// A random motion that lasts `length` s.
-    pub fn random(length: f64, random: &mut Random) -> Self {
+    pub(crate) fn random(length: f64, random: &mut Random) -> Self {
         let start = JointVector::from_fn(|i, _| {
             random.between(FREE_MOTION_RANGE[i][0], FREE_MOTION_RANGE[i][1])
         });

@@ -35,7 +35,12 @@ impl<P: EncoderPath> MovingArm<'_, P> {
     /// The truth every `step` s from `start` to `end`, the log's own time being from 0 on: before
     /// it the arm runs in, and what remembers does not yet. It begins in balance at the rate that
     /// its motors have then.
-    pub fn run(&self, start: f64, end: f64, step: f64) -> Result<Vec<Instant>, CampaignError> {
+    pub(crate) fn run(
+        &self,
+        start: f64,
+        end: f64,
+        step: f64,
+    ) -> Result<Vec<Instant>, CampaignError> {
         let motor = self.path.at(start);
         // Motors that turn drag their links behind them; before a start from rest they came from
         // angles of 0.

@@ -59,7 +59,7 @@ pub(crate) struct SampleTable {
 
 impl SampleTable {
     /// An empty table of the log with this number.
-    pub fn new(kind: SimulatedLogKind, recipe: &Recipe, log: u64) -> Self {
+    pub(crate) fn new(kind: SimulatedLogKind, recipe: &Recipe, log: u64) -> Self {
         let reflectors = recipe.reflectors.filter(|_| kind == SimulatedLogKind::Static);
         let mut columns = vec!["t_s"];
         for instrument in Self::instruments(kind) {
@@ -86,7 +86,7 @@ impl SampleTable {
     }
 
     /// Records one row: `readings` without noise, and the columns that no instrument reads.
-    pub fn record(&mut self, cell: &Cell, mut readings: Readings, given: &[f64]) {
+    pub(crate) fn record(&mut self, cell: &Cell, mut readings: Readings, given: &[f64]) {
         cell.robot.ports.sense(&mut readings);
         self.put(format_args!("{:.3}", readings.time));
         for instrument in Self::instruments(self.kind) {
@@ -155,7 +155,7 @@ impl SampleTable {
     }
 
     /// Writes the log's folder. `references` are further lines of its `log.toml`.
-    pub fn write(&self, folder: &Path, references: &str) -> std::io::Result<()> {
+    pub(crate) fn write(&self, folder: &Path, references: &str) -> std::io::Result<()> {
         std::fs::create_dir_all(folder)?;
         let mut log = format!(
             "schema = \"log/1\"\nkind = \"{}\"\nrobot = \"../robot.toml\"\n{references}",

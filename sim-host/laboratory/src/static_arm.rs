@@ -29,7 +29,7 @@ pub(crate) struct AppliedLoad {
 }
 
 impl AppliedLoad {
-    pub fn none() -> Self {
+    pub(crate) fn none() -> Self {
         Self { wrench_in_t: Wrench::zero(), payload: 0.0, center: Vector3::zeros() }
     }
 
@@ -171,7 +171,7 @@ pub(crate) struct StaticArm<'a> {
 
 impl<'a> StaticArm<'a> {
     /// At rest, unloaded, effects' own states at zero, having come from angles of 0.
-    pub fn new(cell: &'a Cell, motor: &JointVector<f64>) -> Result<Self, Unsettled> {
+    pub(crate) fn new(cell: &'a Cell, motor: &JointVector<f64>) -> Result<Self, Unsettled> {
         let internal = [0.0; INTERNAL_STATES];
         let load = AppliedLoad::none();
         let link = settled(cell, &at_rest(motor), motor)?;
@@ -180,7 +180,7 @@ impl<'a> StaticArm<'a> {
     }
 
     /// Leads it evenly to another posture or load, reached at `time`, s.
-    pub fn lead(
+    pub(crate) fn lead(
         &mut self,
         motor: &JointVector<f64>,
         load: &AppliedLoad,
@@ -255,14 +255,14 @@ impl<'a> StaticArm<'a> {
     }
 
     /// Where the tool is at a time, s.
-    pub fn pose(&self, time: f64) -> Pose<f64> {
+    pub(crate) fn pose(&self, time: f64) -> Pose<f64> {
         let robot = &self.cell.robot;
         let wrench = self.load.wrench(self.cell, &robot.model.frames(&self.link));
         robot.frames(&self.link, &wrench, time).tcp
     }
 
     /// Where the links are, rad.
-    pub fn link(&self) -> &JointVector<f64> {
+    pub(crate) fn link(&self) -> &JointVector<f64> {
         &self.link
     }
 }

@@ -78,7 +78,7 @@ impl TruthTrack {
     }
 
     /// What instruments without noise read at a time, each as late as it is.
-    pub fn read(&self, cell: &Cell, time: f64) -> Readings {
+    pub(crate) fn read(&self, cell: &Cell, time: f64) -> Readings {
         let late = |channel| self.at(time - cell.robot.ports.delay(channel));
         let (tracker, wrench) = (late(Channel::Tracker).pose, late(Channel::Wrench).wrench);
         Readings {

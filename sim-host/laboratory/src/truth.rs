@@ -32,7 +32,7 @@ pub(crate) struct Truth<'a> {
 impl Truth<'_> {
     /// The cell of one log, welding a seam with the spindle at `spindle`, rad/s.
     /// `log` is the log's number: each log has its own registration of the tracker.
-    pub fn cell(
+    pub(crate) fn cell(
         &self,
         log: u64,
         seam: impl Into<Seam>,

@@ -173,7 +173,7 @@ pub fn frame(pose_pairs: &[PosePair]) -> Option<Registration> {
 }
 
 /// Frame and tool's offset. `None` where too little was seen.
-pub fn frame_and_tool(pose_pairs: &[PosePair]) -> Option<Registration> {
+pub(crate) fn frame_and_tool(pose_pairs: &[PosePair]) -> Option<Registration> {
     if pose_pairs.len() < 4 {
         return None;
     }

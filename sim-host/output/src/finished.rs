@@ -2,9 +2,7 @@
 
 use std::path::Path;
 use trueweld_core::Robot;
-use trueweld_evaluate::certify::{
-    AcceptedFault, Evidence, Requirement, Sensitivity, ShownRun, Trial, Verdict, WeakPoint,
-};
+use trueweld_evaluate::certify::{CertifiedWeld, Verdict};
 use trueweld_evaluate::laws::{LawComparison, ScenarioSweep};
 use trueweld_evaluate::study::{
     Confirmation, EnvelopePoint, FoundLimit, GlobalSensitivity, LayoutTask, LimitStudy,
@@ -12,7 +10,7 @@ use trueweld_evaluate::study::{
     StudyRun,
 };
 use trueweld_evaluate::tune::{TunedController, TunedLaw, Tuning};
-use trueweld_evaluate::{Limit, StepFigures, UncertainCell, WeldFigures};
+use trueweld_evaluate::{StepFigures, UncertainCell, WeldFigures};
 use trueweld_identify::Identification;
 use trueweld_identify::plan::{PlanOptions, StiffnessPlan};
 use trueweld_measure::data::log::Log;
@@ -22,7 +20,7 @@ use trueweld_measure::discover::Discovery;
 use trueweld_measure::improve::Improvement;
 use trueweld_measure::mistakes::{Found, Registered};
 use trueweld_measure::residuals::compare::{Comparison, LogComparison, Notice};
-use trueweld_plant::input::{ModelFile, Posterior, Process, Weld};
+use trueweld_plant::input::{ModelFile, Posterior};
 use trueweld_plant::provenance::{FileDigest, Provenance};
 use trueweld_plant::simulate::Recording;
 
@@ -110,82 +108,6 @@ pub struct CertifyReport<'a> {
     pub kept: Vec<FileDigest>,
     /// What the result is of.
     pub provenance: &'a Provenance,
-}
-
-/// What one weld's runs came to.
-#[derive(Debug, Clone)]
-pub struct CertifiedWeld {
-    /// Name of the weld.
-    pub name: String,
-    /// How it is planned.
-    pub planned: WeldPlan,
-    /// Every run.
-    pub evidence: Evidence,
-    /// The requirements, judged.
-    pub requirements: Vec<Requirement>,
-    /// Limits that corrections are held to anyway: they show nothing, and are not judged.
-    pub held: Vec<Limit>,
-    /// What is not required of faults.
-    pub accepted_faults: Vec<AcceptedFault>,
-    /// What the failures follow from.
-    pub sensitivities: Vec<Sensitivity>,
-    /// What is weak and not forbidden.
-    pub weak_points: Vec<WeakPoint>,
-    /// Runs that pages show.
-    pub shown: Vec<ShownRun>,
-    /// The same trials with what is assumed of measured numbers, where both are compared.
-    pub assumed: Option<AssumedDraws>,
-}
-
-/// How a weld is planned, in the numbers that somebody who welds knows it by.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WeldPlan {
-    /// Length, with the way beyond the seam's end, m.
-    pub length: f64,
-    /// Least and largest speed along the seam, m/s.
-    pub feed: [f64; 2],
-    /// Push, N.
-    pub push: f64,
-    /// Depth of the tool at the start, m.
-    pub depth: f64,
-    /// Lead and tilt of the tool, rad.
-    pub lean: [f64; 2],
-    /// Speed of the spindle about the tool's axis, rad/s.
-    pub spindle: f64,
-    /// Diameter of the pin, m.
-    pub pin: f64,
-    /// Drag along the seam and force across it that the process has at this push and the largest
-    /// feed, N.
-    pub drag: [f64; 2],
-}
-
-impl WeldPlan {
-    /// The plan of a weld with a process.
-    pub fn of(weld: &Weld, process: &Process) -> Self {
-        let feeds = || weld.feeds.iter().map(|(_, feed)| *feed).chain([weld.feed]);
-        let feed = [feeds().fold(f64::INFINITY, f64::min), feeds().fold(0.0, f64::max)];
-        let drag = process.feed_drag * feed[1] * weld.force / process.reference_force;
-        let length = weld.path.as_ref().map_or((weld.end - weld.start).norm(), |p| p.length());
-        Self {
-            length: length + weld.run_out,
-            feed,
-            push: weld.force,
-            depth: weld.initial_depth,
-            lean: weld.lean,
-            spindle: process.spindle,
-            pin: process.pin_diameter,
-            drag: [drag, process.lateral_ratio * drag],
-        }
-    }
-}
-
-/// Drawn cells in which measured numbers are as the requirements assume them.
-#[derive(Debug, Clone)]
-pub struct AssumedDraws {
-    /// Every run.
-    pub trials: Vec<Trial>,
-    /// The requirements on draws, judged.
-    pub requirements: Vec<Requirement>,
 }
 
 /// A finished comparison.

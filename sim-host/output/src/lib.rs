@@ -31,10 +31,10 @@ pub use document::{Document, FORMS, Form};
 pub use error::OutputError;
 pub use file::write_file;
 pub use finished::{
-    AssumedDraws, CertifiedWeld, CertifyReport, CompareReport, DiagnoseReport, IdentifyReport,
-    ImportReport, ImproveReport, LawsReport, LimitsAt, MistakesReport, RecordReport,
-    RegisterReport, StepReport, StepRun, StiffnessPlanReport, StudyLayoutReport, StudyLimitsReport,
-    StudyPaperReport, StudySensitivityReport, TuneReport, WeldPlan, WeldReport, WeldRun,
+    CertifyReport, CompareReport, DiagnoseReport, IdentifyReport, ImportReport, ImproveReport,
+    LawsReport, LimitsAt, MistakesReport, RecordReport, RegisterReport, StepReport, StepRun,
+    StiffnessPlanReport, StudyLayoutReport, StudyLimitsReport, StudyPaperReport,
+    StudySensitivityReport, TuneReport, WeldReport, WeldRun,
 };
 pub use progress::Progress;
 pub use report::*;

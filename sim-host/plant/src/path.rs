@@ -17,7 +17,7 @@ const NORMAL_SINE_MIN: f64 = 0.1;
 const LEAST_TURN: f64 = 0.5;
 
 /// Least radius of a bend, m: a tool's shoulder is as wide.
-pub const LEAST_RADIUS: f64 = 0.02;
+pub(crate) const LEAST_RADIUS: f64 = 0.02;
 
 /// A path that comes nearer to itself than [`SELF_APPROACH_DISTANCE`], m, over a way of more than
 /// [`SELF_APPROACH_WAY`], m, leaves open where on it a tool is.

@@ -28,17 +28,17 @@ pub fn of_pose(pose: &Pose<f64>) -> Frame {
 }
 
 /// The pose of a frame.
-pub fn to_pose(&[x, y, z, a, b, c]: &Frame) -> Pose<f64> {
+pub(crate) fn to_pose(&[x, y, z, a, b, c]: &Frame) -> Pose<f64> {
     Pose { rotation: rotation([a, b, c]), position: Vector3::new(x, y, z) / MM }
 }
 
 /// The frame of a displacement: rotation vector, rad, and m.
-pub fn of_twist(twist: &Twist<f64>) -> Frame {
+pub(crate) fn of_twist(twist: &Twist<f64>) -> Frame {
     of_pose(&Pose { rotation: rotation_from_vector(&twist.angular), position: twist.linear })
 }
 
 /// The displacement of a frame.
-pub fn to_twist(frame: &Frame) -> Twist<f64> {
+pub(crate) fn to_twist(frame: &Frame) -> Twist<f64> {
     let pose = to_pose(frame);
     Twist { angular: rotation_vector(&pose.rotation), linear: pose.position }
 }

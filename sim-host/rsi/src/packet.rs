@@ -9,10 +9,10 @@ use roxmltree::{Document, Node, ParsingOptions};
 use std::fmt::{self, Write};
 
 /// Most bytes of a packet.
-pub const PACKET_BYTES: usize = 4096;
+pub(crate) const PACKET_BYTES: usize = 4096;
 
 /// Most readings of a seam sensor in a packet.
-pub const READINGS: usize = 4;
+pub(crate) const READINGS: usize = 4;
 
 const AXIS_ATTRIBUTES: [&str; 6] = ["A1", "A2", "A3", "A4", "A5", "A6"];
 const EXTERNAL_AXIS_ATTRIBUTES: [&str; 6] = ["E1", "E2", "E3", "E4", "E5", "E6"];

@@ -1,11 +1,10 @@
 //! A certificate held against a run: it is of this cell, this law and this weld, and this is the weld
 //! that was asked for, or it says nothing of them.
 
-use super::shard::difference;
 use miette::{Result, miette};
 use std::path::Path;
 use trueweld_evaluate::WeldFigures;
-use trueweld_evaluate::certify::Verdict;
+use trueweld_evaluate::certify::{ProvenanceDifference, Verdict};
 use trueweld_output::json::CertifyResult;
 use trueweld_output::missed_in_words;
 use trueweld_plant::input::read_text;
@@ -17,7 +16,7 @@ use trueweld_plant::provenance::{Provenance, SimulationRecord};
 ///
 /// # Errors
 /// What the certificate is of instead; a certificate that does not pass, or is none.
-pub fn check(path: &Path, run: &Provenance) -> Result<CertifyResult> {
+pub(crate) fn check(path: &Path, run: &Provenance) -> Result<CertifyResult> {
     let at = format!("--certificate {}", path.display());
     let (_, text) = read_text(path)?;
     let certificate: CertifyResult = serde_json::from_str(&text)
@@ -52,7 +51,7 @@ pub fn check(path: &Path, run: &Provenance) -> Result<CertifyResult> {
             ..of.clone()
         };
     }
-    if let Some(difference) = difference(&of, &run) {
+    if let Some(difference) = ProvenanceDifference::between(&of, &run) {
         return Err(miette!(
             help = "A certificate says nothing of another cell or another build: run `certify` for this one.",
             "{at} is of something else than this run: {difference}"
@@ -73,7 +72,7 @@ pub fn check(path: &Path, run: &Provenance) -> Result<CertifyResult> {
 ///
 /// # Errors
 /// A run that is not, whatever the certificate says of other noise.
-pub fn tell(path: &Path, certificate: &CertifyResult, run: &WeldFigures) -> Result<()> {
+pub(crate) fn tell(path: &Path, certificate: &CertifyResult, run: &WeldFigures) -> Result<()> {
     let missed = run.judged.iter().filter(|judged| !judged.is_met()).map(missed_in_words);
     let missed: Vec<String> = missed.collect();
     if !missed.is_empty() {

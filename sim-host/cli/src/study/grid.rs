@@ -5,14 +5,14 @@ use trueweld_evaluate::study::Range;
 
 /// A range, in the unit of its option.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GridArgument(pub Range);
+pub(crate) struct GridArgument(pub Range);
 
 /// Most values of one range.
 const MOST: f64 = 100_000.0;
 
 impl GridArgument {
     /// The range in SI units.
-    pub fn scaled(self, by: f64) -> Range {
+    pub(crate) fn scaled(self, by: f64) -> Range {
         let Range { low, high, step } = self.0;
         Range { low: low * by, high: high * by, step: step * by }
     }

@@ -1,13 +1,14 @@
 //! `trueweld study layout`: where to put a part, and the arm's posture there.
 
 use super::grid::GridArgument;
-use crate::inputs::{CellFiles, Inputs, PLANT_STEP};
+use crate::inputs::CellArguments;
 use crate::names::{Controller, LawParser};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{Result, miette};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use trueweld::{PLANT_STEP, WeldingCell};
 use trueweld_compensators::{Elastostatic, Entry, FeedForward, SeamTracking, Uncompensated};
 use trueweld_evaluate::study::{
     Allowance, LayoutTask, OutOfReach, PlacedPart, PlacementRange, Range, RealArm, WAY_FIGURES,
@@ -18,13 +19,13 @@ use trueweld_plant::simulate::{Scenario, WeldProgram};
 
 /// Arguments of `study layout`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Weld file; several are seams of one part, which move together (default: the first published
     /// sequence)
     #[arg(long, value_name = "F")]
     weld: Vec<PathBuf>,
     #[command(flatten)]
-    cell: CellFiles,
+    cell: CellArguments,
     /// Where the middle of the seams may be along x of B, in metres (default: 0.6 m to either side
     /// of where the file has it, by 0.1 m)
     #[arg(long, value_name = "LOW:HIGH:STEP", allow_hyphen_values = true)]
@@ -73,7 +74,7 @@ const PAGE: &str = "out/study-layout.html";
 const MOST: usize = 2_000_000;
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let forms = arguments.results.files.forms.clone().or_page(PAGE);
     let files = crate::results::Results { forms, ..arguments.results.files.clone() };
     let results = RecordedResults { files, rrd: arguments.results.rrd.clone() };
@@ -85,8 +86,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let inputs = files
         .into_iter()
-        .map(|f| arguments.cell.read_anywhere(f))
-        .collect::<Result<Vec<Inputs>>>()?;
+        .map(|f| arguments.cell.files().read_anywhere(f))
+        .collect::<Result<Vec<WeldingCell>>>()?;
     let first = &inputs[0];
     let part = Workpiece::new(inputs.iter().map(|inputs| inputs.weld.clone()).collect());
     let family = arguments.family(&part)?;

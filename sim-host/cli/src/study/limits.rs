@@ -1,7 +1,7 @@
 //! `trueweld study limits`: the largest push, feed and offset of the seam that keep requirements.
 
 use super::grid::GridArgument;
-use crate::inputs::{Files, STEP_OF_MANY, passes, read};
+use crate::inputs::{WeldArguments, passes};
 use crate::names::{Controller, LawParser};
 use crate::results::{Results, check_outputs, check_targets};
 use clap::{Args, ValueEnum};
@@ -9,6 +9,7 @@ use miette::{Result, miette};
 use std::path::PathBuf;
 use std::slice;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use trueweld::{STEP_OF_MANY, read_input};
 use trueweld_compensators::Entry;
 use trueweld_evaluate::study::{
     ArmAlongSeam, Driven, LimitStudy, Placement, PlacementRange, Range, RealArm, Workpiece,
@@ -20,9 +21,9 @@ use trueweld_plant::simulate::{Scenario, Seam, WeldProgram};
 
 /// Arguments of `study limits`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
-    files: Files,
+    files: WeldArguments,
     /// Compensation law, or several with + between them
     #[arg(long, value_name = "LAW", value_parser = LawParser, default_value = "seam-tracking")]
     compensator: Entry,
@@ -85,12 +86,12 @@ const LEAST: f64 = 0.2;
 const MOST_PLACES: usize = 1000;
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut results = arguments.results.clone();
     results.forms = results.forms.or_page(PAGE);
     check_targets(&results.outputs())?;
     let mut files = Vec::new();
-    let requirements: Requirements = read(arguments.requirements.as_deref(), &mut files)?;
+    let requirements: Requirements = read_input(arguments.requirements.as_deref(), &mut files)?;
     let mut inputs = arguments.files.read()?;
     if let Some(length) = arguments.length {
         if !(length >= SHORTEST && length.is_finite()) {

@@ -13,7 +13,7 @@ use miette::Result;
 
 /// Studies of a cell.
 #[derive(Subcommand)]
-pub enum Study {
+pub(crate) enum Study {
     /// Find where a part is best put, and the arm's posture there
     ///
     /// Every placement of a family by statics and kinematics, the best one searched between them and
@@ -37,7 +37,7 @@ pub enum Study {
 }
 
 /// Runs a study.
-pub fn run(study: &Study) -> Result<()> {
+pub(crate) fn run(study: &Study) -> Result<()> {
     match study {
         Study::Layout(arguments) => layout::run(arguments),
         Study::Limits(arguments) => limits::run(arguments),

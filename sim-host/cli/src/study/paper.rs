@@ -1,13 +1,14 @@
 //! `trueweld study paper`: the published steps and welds beside the printed figures, and the push
 //! near collinear axes 4 and 6.
 
-use crate::inputs::{CellFiles, Inputs, PLANT_STEP};
+use crate::inputs::CellArguments;
 use crate::results::{Results, check_outputs, check_targets};
 use clap::Args;
 use miette::{Result, miette};
 use rayon::prelude::*;
 use std::slice;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use trueweld::{PLANT_STEP, WeldingCell};
 use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_evaluate::study::{RealArm, centred, envelopes, reachable};
 use trueweld_evaluate::{StepFigures, WeldFigures};
@@ -16,9 +17,9 @@ use trueweld_plant::simulate::{ControllerKind, Recording, WeldProgram, run as si
 
 /// Arguments of `study paper`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
-    cell: CellFiles,
+    cell: CellArguments,
     #[command(flatten)]
     results: Results,
 }
@@ -41,15 +42,15 @@ const STEP: f64 = 0.1;
 const CLOSER: [f64; 3] = [2.65, 2.73, 2.76];
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut results = arguments.results.clone();
     results.forms = results.forms.or_page(PAGE);
     let outputs = results.outputs();
     check_targets(&outputs)?;
-    let both = arguments.cell.read_published()?;
+    let both = arguments.cell.files().read_published()?;
     check_outputs(&outputs)?;
     let none = Entry::of::<Uncompensated>();
-    let scenario = |inputs: &'_ Inputs, program, controller| {
+    let scenario = |inputs: &'_ WeldingCell, program, controller| {
         simulate(&inputs.scenario(program, controller, &none), |_| {})
             .map_err(|error| inputs.failed(controller, &error))
     };
@@ -107,7 +108,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .zip(&of_welds)
         .map(|(recording, figures)| WeldRun { recording, figures, robot })
         .collect();
-    let of = |inputs: &Inputs| {
+    let of = |inputs: &WeldingCell| {
         let mut simulation =
             inputs.simulation(&ControllerKind::ALL, slice::from_ref(&none), 1, PLANT_STEP);
         simulation.force_step_n = Some(HEIGHT);

@@ -4,13 +4,14 @@
 //! those of `certify`.
 
 use super::sweep::{Sweep, SweepFolder};
-use crate::inputs::{Files, STEP_OF_MANY, read};
+use crate::inputs::WeldArguments;
 use crate::names::{Controller, LawParser};
 use crate::results::{Results, check_outputs, check_targets};
 use clap::{Args, value_parser};
 use miette::{Result, miette};
 use std::path::PathBuf;
 use std::slice;
+use trueweld::{STEP_OF_MANY, read_input};
 use trueweld_compensators::Entry;
 use trueweld_evaluate::Requirements;
 use trueweld_evaluate::study::{Input, SensitivityStudy, StudyRun, shortened};
@@ -19,9 +20,9 @@ use trueweld_plant::simulate::{Scenario, Seam, WeldProgram};
 
 /// Arguments of `study sensitivity`.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
-    files: Files,
+    files: WeldArguments,
     /// Compensation law, or several with + between them
     #[arg(long, value_name = "LAW", value_parser = LawParser, default_value = "none")]
     compensator: Entry,
@@ -56,7 +57,7 @@ const PAGE: &str = "out/study-sensitivity.html";
 const SHORTEST: f64 = 0.02;
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut results = arguments.results.clone();
     arguments.sweep.check(&results)?;
     if arguments.sweep.shard.is_none() {
@@ -68,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return Err(miette!("--length {length}: expected a number of metres from {SHORTEST} up"));
     }
     let mut files = Vec::new();
-    let requirements: Requirements = read(arguments.requirements.as_deref(), &mut files)?;
+    let requirements: Requirements = read_input(arguments.requirements.as_deref(), &mut files)?;
     let mut inputs = arguments.files.read()?;
     inputs.weld = shortened(&inputs.weld, length);
     let length = Seam::of(&inputs.weld).length;

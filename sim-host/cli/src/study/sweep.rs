@@ -1,9 +1,6 @@
 //! Runs of a study in a folder: kept as they are made, resumed, made in parts and put together as
 //! those of `certify`; at the end as one table with a manifest.
 
-use crate::certify::digest_of_inputs;
-use crate::certify::shard::{Shard, Shards, begin, check_folder};
-use crate::certify::store::{Basis, Repeat, TrialStore};
 use crate::results::{Results, check_new_folder};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
@@ -12,12 +9,16 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use trueweld_evaluate::certify::{
+    EvidenceBasis, Repeat, Shard, Shards, TrialStore, begin_shard, check_shard_folder,
+    digest_of_inputs,
+};
 use trueweld_output::{Progress, Report, write_file};
 use trueweld_plant::provenance::{FileDigest, Provenance};
 
 /// Where the runs of a study are kept, and which of them are made.
 #[derive(Args, Default)]
-pub struct SweepFolder {
+pub(crate) struct SweepFolder {
     /// Keep the runs in this folder: a study that was stopped goes on there, and ends with them as a
     /// table with a manifest
     #[arg(long, value_name = "FOLDER")]
@@ -31,7 +32,7 @@ pub struct SweepFolder {
 }
 
 /// What is swept.
-pub struct Sweep<'a> {
+pub(crate) struct Sweep<'a> {
     /// What the runs are of.
     pub provenance: &'a Provenance,
     /// How many runs there are.
@@ -63,7 +64,7 @@ struct Manifest<'a> {
 
 impl SweepFolder {
     /// Checks the folder, and that a part of a study is not asked for a result.
-    pub fn check(&self, results: &Results) -> Result<()> {
+    pub(crate) fn check(&self, results: &Results) -> Result<()> {
         if let Some(folder) = &self.evidence {
             check_new_folder("--evidence", folder)?;
         }
@@ -76,7 +77,7 @@ impl SweepFolder {
     }
 
     /// The files that are written besides the results, in a folder that is there.
-    pub fn files(&self) -> Vec<PathBuf> {
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
         let names = [RUNS, MANIFEST, TABLE];
         let there = self.evidence.iter().filter(|folder| folder.exists());
         there.flat_map(|folder| names.map(|name| folder.join(name))).collect()
@@ -85,7 +86,7 @@ impl SweepFolder {
     /// The runs in their order: those that are kept, and the missing ones on all cores. `more`: runs
     /// that the caller makes beside them, which the progress counts. `None` for a part, which has no
     /// result yet.
-    pub fn complete<R: Serialize + DeserializeOwned + Clone + Send + Sync>(
+    pub(crate) fn complete<R: Serialize + DeserializeOwned + Clone + Send + Sync>(
         &self,
         sweep: &Sweep<'_>,
         more: usize,
@@ -105,15 +106,15 @@ impl SweepFolder {
             return Ok(Some((runs, progress)));
         };
         let inputs = digest_of_inputs(sweep.provenance)?;
-        let basis = Basis { inputs: &inputs, sources: &sweep.provenance.sources };
+        let basis = EvidenceBasis { inputs: &inputs, sources: &sweep.provenance.sources };
         let open = |path| TrialStore::<R>::open(path, basis, Repeat::Sample);
         let path = folder.join(RUNS);
         let mut store = open(path.clone())?;
-        check_folder(folder, self.shard)?;
+        check_shard_folder(folder, self.shard)?;
         if !self.merge.is_empty() {
             let shards = Shards::read(&self.merge, sweep.provenance, sweep.runs)?;
             let parts = shards.folders().map(|folder| open(folder.join(RUNS)));
-            let parts = parts.collect::<Result<Vec<_>>>()?;
+            let parts = parts.collect::<Result<Vec<_>, _>>()?;
             let weld = sweep.provenance.simulation.as_ref().map_or("", |of| &of.welds[0]);
             store.merge(&jobs, &parts, &is).map_err(|shard| shards.lacks(shard, weld))?;
         }
@@ -121,7 +122,7 @@ impl SweepFolder {
             .into_diagnostic()
             .wrap_err_with(|| format!("cannot create {}", folder.display()))?;
         if self.shard.is_some() {
-            begin(folder)?;
+            begin_shard(folder)?;
         }
         let jobs = self.shard.map_or(jobs.clone(), |shard| shard.part(jobs));
         let kept = store.count().min(jobs.len());
@@ -142,7 +143,12 @@ impl SweepFolder {
     }
 
     /// The runs as a table beside those that are kept, and the manifest of both.
-    pub fn write(&self, report: &impl Report, provenance: &Provenance, runs: u64) -> Result<()> {
+    pub(crate) fn write(
+        &self,
+        report: &impl Report,
+        provenance: &Provenance,
+        runs: u64,
+    ) -> Result<()> {
         let (Some(folder), Some(samples)) = (&self.evidence, report.samples()) else {
             return Ok(());
         };

@@ -1,7 +1,7 @@
 //! A folder in which the program runs as a user runs it.
 
 // Each test file uses its part of it.
-#![allow(dead_code)]
+#![allow(dead_code, unreachable_pub)]
 
 use serde_json::Value;
 use std::fs;

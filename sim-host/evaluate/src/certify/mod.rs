@@ -17,31 +17,53 @@
 //! * faults: the nominal cell and drawn ones with one instrument failing for a time
 //!   ([`Certification::faults`]).
 //!
+//! [`CertificationPlan`] is the whole of it: it makes the runs of every weld, keeps them in an evidence
+//! folder, takes over those that were made elsewhere ([`Shard`]), and comes to a [`Certificate`].
+//!
 //! Figures are those of the last pass's steady part. A run that comes to no end, or never reaches
 //! its steady part, is beyond every limit. Trial k depends on seed and k alone: not on how many
 //! there are, who computes them, or in which order.
 
+mod campaign;
+mod certified;
+mod difference;
 mod draw;
+mod evidence_error;
 mod fault_figures;
 mod faults;
 mod judge;
+mod manifest;
 mod rare;
 mod reason;
+mod sections;
 mod sensitivity;
+mod shard;
+mod store;
 mod subset;
 mod symptoms;
 pub(crate) mod worst;
 
+pub use campaign::{
+    CertificationOutcome, CertificationPlan, CertifyError, OpenCertification, WeldToCertify,
+    digest_of_inputs, seed_of_inputs,
+};
+pub use certified::{AssumedDraws, Certificate, CertifiedWeld, WeldPlan};
+pub use difference::ProvenanceDifference;
 pub use draw::{NominalCell, SampledCell};
+pub use evidence_error::EvidenceError;
 pub use fault_figures::{FAULT_FIGURES, FaultSizes};
 pub use faults::{FaultCase, FaultTrial, FaultsRefused, LimitedFigure};
 pub use judge::{
     AcceptedFault, Beyond, DriveUse, Evidence, EvidenceKind, Requirement, Verdict, WeakPoint,
     accepted_faults, drawn_figure, draws, judge, weak_points, worst,
 };
-pub use rare::{FEWEST_DRAWS, RARE_FIGURE, RareFailure, rare_failure};
+pub use manifest::{Shards, begin_shard, check_shard_folder};
+pub(crate) use rare::RARE_FIGURE;
+pub use rare::{RareFailure, rare_failure};
 pub use reason::{Held, MostMissed, Pace, Reason, Shortfall, Symptom};
 pub use sensitivity::{Influence, Sensitivity, Trend, sensitivities};
+pub use shard::{NoShardName, Shard};
+pub use store::{EvidenceBasis, Repeat, TrialStore};
 pub use subset::{Level, Subset};
 pub use symptoms::{Oscillation, RequiredCorrection, Symptoms};
 pub use worst::{WorstCase, search};

@@ -11,11 +11,11 @@ use crate::uncertain::UncertainCell;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// What a rare failure is judged by.
-pub static RARE_FIGURE: Figure =
+pub(crate) static RARE_FIGURE: Figure =
     Figure { key: "of_limit", label: "largest share of any limit", unit: "1" };
 
 /// Least draws that a subset simulation may begin with.
-pub const FEWEST_DRAWS: usize = 100;
+pub(crate) const FEWEST_DRAWS: usize = 100;
 
 /// The simulation ends where failures are rarer than this share of what is allowed.
 const ENOUGH: f64 = 0.1;

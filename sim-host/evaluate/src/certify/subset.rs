@@ -25,7 +25,7 @@ const ACCEPTANCE: f64 = 0.44;
 
 /// A point: independent standard normals, and a seed.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Point {
+pub(crate) struct Point {
     /// Standard normals.
     pub normals: Vec<f64>,
     /// Any number.
@@ -123,7 +123,7 @@ impl Subset {
 ///
 /// # Errors
 /// Those of `worth`.
-pub fn subset<E>(
+pub(crate) fn subset<E>(
     first: Vec<(Point, f64)>,
     limit: f64,
     enough: f64,

@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 /// A mode of a sampled linear system.
 #[derive(Debug, Clone)]
-pub struct SampledMode {
+pub(crate) struct SampledMode {
     /// Factor by which it changes from sample to sample.
     pub pole: Complex<f64>,
     /// Its share in every signal.
@@ -13,7 +13,7 @@ pub struct SampledMode {
 }
 
 /// The modes in `samples`, one column a sample, one row a signal.
-pub struct Modes {
+pub(crate) struct Modes {
     /// Directions that hold the samples.
     held: DMatrix<f64>,
     /// What a sample becomes in them.
@@ -25,7 +25,7 @@ pub struct Modes {
 impl Modes {
     /// Directions of the samples below `share` of the largest are taken for rounding. `None` where
     /// there is no number.
-    pub fn of(samples: &DMatrix<f64>, share: f64) -> Option<Self> {
+    pub(crate) fn of(samples: &DMatrix<f64>, share: f64) -> Option<Self> {
         let count = samples.ncols().checked_sub(1).filter(|n| *n > 0)?;
         if samples.iter().any(|v| !v.is_finite()) {
             return None;
@@ -44,7 +44,7 @@ impl Modes {
     }
 
     /// The mode with one of the poles.
-    pub fn mode(&self, pole: Complex<f64>) -> Option<SampledMode> {
+    pub(crate) fn mode(&self, pole: Complex<f64>) -> Option<SampledMode> {
         // Inverse iteration from beside the pole.
         let rank = self.reduced.nrows();
         let beside = DMatrix::identity(rank, rank) * (pole * (1.0 + 1e-9));

@@ -28,7 +28,7 @@ pub struct Margin {
 }
 
 /// S(e^jωT) at the frequencies from [`FREQUENCY_MIN`] to half the sampling rate.
-pub struct SensitivityFunction<'a> {
+pub(crate) struct SensitivityFunction<'a> {
     responses: &'a [Vec<LoopSignals>],
     period: f64,
     /// Factor by which the responses go on to die after their last sample.
@@ -45,7 +45,7 @@ type GroupSensitivity = SMatrix<Complex<f64>, SETPOINT, SETPOINT>;
 impl<'a> SensitivityFunction<'a> {
     /// Of impulse responses, `period` s between their values, that have come down to the mode which
     /// dies last: it goes on with the spectral radius `radius`, as slow modes do not turn.
-    pub fn of(responses: &'a [Vec<LoopSignals>], radius: f64, period: f64) -> Self {
+    pub(crate) fn of(responses: &'a [Vec<LoopSignals>], radius: f64, period: f64) -> Self {
         let highest = 0.5 / period;
         let hz: Vec<f64> = (0..FREQUENCIES)
             .map(|k| {
@@ -109,7 +109,7 @@ impl<'a> SensitivityFunction<'a> {
     }
 
     /// Margins of one channel, the others closed: L = 1/S_ii − 1.
-    pub fn margin(&self, channel: usize) -> Margin {
+    pub(crate) fn margin(&self, channel: usize) -> Margin {
         let k = channel % SETPOINT;
         let group = &self.groups[channel / SETPOINT];
         let s: Vec<Complex<f64>> = group.iter().map(|m| m[(k, k)]).collect();
@@ -159,7 +159,7 @@ impl<'a> SensitivityFunction<'a> {
     /// Disk margin of corrections and force at once, and of the drives at once: gains and phases
     /// may leave in each by itself as far as a disk about 1 of this size, α of 2/‖S − T‖ (Seiler,
     /// Packard and Gahinet 2020, without skew), in the scaling of the channels that shows most.
-    pub fn disks(&self) -> [f64; 2] {
+    pub(crate) fn disks(&self) -> [f64; 2] {
         let two = Complex::new(2.0, 0.0);
         self.groups.each_ref().map(|group| {
             let largest = group.iter().map(|s| scaled_norm(&(s * two - SMatrix::identity())));

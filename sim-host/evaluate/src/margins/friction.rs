@@ -71,7 +71,7 @@ impl FrictionSlope {
 
 /// Slopes of the drives' friction for vibrations of these amplitudes, rad/s, about a state at the
 /// start: N·m·s/rad.
-pub fn slopes(cell: &Cell, point: &State, amplitude: &JointVector<f64>) -> JointVector<f64> {
+pub(crate) fn slopes(cell: &Cell, point: &State, amplitude: &JointVector<f64>) -> JointVector<f64> {
     let drives = point.drives();
     let spring = cell.robot.spring_torque(&drives, point.internal());
     JointVector::from_fn(|i, _| {

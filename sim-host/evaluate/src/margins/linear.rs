@@ -16,7 +16,7 @@ const STATE_DIFFERENCE: f64 = 1e-6;
 
 /// A cell linear in what it differs by from an operating point.
 #[derive(Debug, Clone)]
-pub struct LinearCell {
+pub(crate) struct LinearCell {
     /// The operating point: a tool on its line, moving at the feed.
     pub point: State,
     /// Motor torque there, N·m.
@@ -66,7 +66,7 @@ impl OperatingPoint {
 
 /// The cell at work with its tool on the nominal pose. `None` where no posture near `near` does
 /// that; `planned` is the arm as the controller knows it.
-pub fn operating_point(
+pub(crate) fn operating_point(
     cell: &Cell,
     planned: &Robot<f64>,
     nominal: &Pose<f64>,
@@ -102,7 +102,12 @@ impl LinearCell {
     /// must be left out of the cell.
     ///
     /// `None` where the right-hand side is not finite there.
-    pub fn about(cell: &Cell, point: &State, friction: &JointVector<f64>, h: f64) -> Option<Self> {
+    pub(crate) fn about(
+        cell: &Cell,
+        point: &State,
+        friction: &JointVector<f64>,
+        h: f64,
+    ) -> Option<Self> {
         let at = cell.evaluate(0.0, point);
         let torque =
             JointVector::from_fn(|i, _| -at.rates[18 + i] * cell.robot.model.rotor_inertia()[i]);
@@ -144,7 +149,7 @@ impl LinearCell {
     }
 
     /// One step: what the state differs by from the operating point, under this motor torque, N·m.
-    pub fn advance(
+    pub(crate) fn advance(
         &self,
         x: &SVector<f64, STATES>,
         torque: &JointVector<f64>,
@@ -153,12 +158,12 @@ impl LinearCell {
     }
 
     /// The process' wrench on the tool, in T.
-    pub fn wrench(&self, x: &SVector<f64, STATES>) -> Wrench<f64> {
+    pub(crate) fn wrench(&self, x: &SVector<f64, STATES>) -> Wrench<f64> {
         Wrench::from_vector(&(self.wrench_in_t + self.sensed * x))
     }
 
     /// The state that differs by x.
-    pub fn state(&self, x: &SVector<f64, STATES>) -> State {
+    pub(crate) fn state(&self, x: &SVector<f64, STATES>) -> State {
         State(self.point.0 + x)
     }
 }

@@ -22,14 +22,14 @@ const DECAY_RANK_SHARE: f64 = 1e-3;
 const UNDECIDED: f64 = 0.02;
 
 /// True where a longer answer is needed to tell whether the loop is stable.
-pub fn is_undecided(radius: f64, period: f64) -> bool {
+pub(crate) fn is_undecided(radius: f64, period: f64) -> bool {
     radius >= (-UNDECIDED * period).exp()
 }
 
 /// The slowest mode of what stands of impulses above rounding, over the later half of that time.
 /// Samples are so far apart that a second has [`A_SECOND`] of them; what turns faster between them
 /// keeps its size.
-pub fn radius(responses: &[Vec<LoopSignals>], period: f64) -> f64 {
+pub(crate) fn radius(responses: &[Vec<LoopSignals>], period: f64) -> f64 {
     let apart = (1.0 / (A_SECOND * period)).round().max(1.0) as usize;
     let scaled = scaled(responses, apart);
     let last =
@@ -45,7 +45,7 @@ pub fn radius(responses: &[Vec<LoopSignals>], period: f64) -> f64 {
 /// The same of an answer that goes on after its first `short` periods. Where less than the share of a
 /// mode is left at its end of what was left of the short one, nothing lasts, and the radius is that
 /// of this decay.
-pub fn radius_of_longer(responses: &[Vec<LoopSignals>], short: usize, period: f64) -> f64 {
+pub(crate) fn radius_of_longer(responses: &[Vec<LoopSignals>], short: usize, period: f64) -> f64 {
     let scaled = scaled(responses, 1);
     let periods = responses.first().map_or(0, Vec::len);
     let half = short / 2;

@@ -56,13 +56,13 @@ const SETTLE: f64 = 10.0;
 /// the sensor's readings are clipped they answer no impulse.
 const SETTLE_ON_SEAM: f64 = 30.0;
 /// How long it is watched after the impulse, s.
-pub const ANSWER: f64 = 10.0;
+pub(crate) const ANSWER: f64 = 10.0;
 /// Likewise where that does not tell whether the loop is stable: what dies at 0.23 1/s falls to a
 /// thousandth in the time that is added.
-pub const LONGER_ANSWER: f64 = 40.0;
+pub(crate) const LONGER_ANSWER: f64 = 40.0;
 
 /// A loop at one operating point of a weld.
-pub struct Frozen<'a> {
+pub(crate) struct Frozen<'a> {
     pub scenario: &'a Scenario<'a>,
     pub linear: LinearCell,
     pub at: OperatingPoint,
@@ -86,7 +86,7 @@ pub struct Run {
 }
 
 /// What comes back of an impulse at every channel.
-pub struct Answer {
+pub(crate) struct Answer {
     /// The run without an impulse.
     pub rest: Run,
     /// Columns of the sampled sensitivity: S_ij(k) = responses[j][k][i].
@@ -97,7 +97,7 @@ pub struct Answer {
 
 impl Answer {
     /// The spectral radius by `radius`; infinite where an impulse shows nothing of the loop.
-    pub fn judged(&self, radius: impl FnOnce(&[Vec<LoopSignals>]) -> f64) -> f64 {
+    pub(crate) fn judged(&self, radius: impl FnOnce(&[Vec<LoopSignals>]) -> f64) -> f64 {
         if self.lost { f64::INFINITY } else { radius(&self.responses) }
     }
 }
@@ -179,7 +179,7 @@ impl Frozen<'_> {
     ///
     /// # Errors
     /// [`RunError`] where the law cannot be built.
-    pub fn answer(&self, time: f64) -> Result<Answer, RunError> {
+    pub(crate) fn answer(&self, time: f64) -> Result<Answer, RunError> {
         let rest = self.run(&self.impulse(None, time))?;
         let impulses = (0..LOOP_CHANNELS).map(|c| self.run(&self.impulse(Some(c), time)));
         let impulses = impulses.collect::<Result<Vec<_>, _>>()?;
@@ -202,7 +202,7 @@ impl Frozen<'_> {
     ///
     /// # Errors
     /// [`RunError`] where the law cannot be built.
-    pub fn run(&self, kick: &Kick) -> Result<Run, RunError> {
+    pub(crate) fn run(&self, kick: &Kick) -> Result<Run, RunError> {
         let plant = LinearPlant { frozen: self, x: self.uncorrected()? };
         // The encoders of a frozen posture stand still; the robot's do not.
         let rate = self.linear.point.drives().motor_rate;
@@ -216,7 +216,7 @@ impl Frozen<'_> {
     ///
     /// # Errors
     /// [`RunError`] where the law cannot be built, and where the state leaves the finite numbers.
-    pub fn run_in_time(&self, kick: &Kick) -> Result<Run, RunError> {
+    pub(crate) fn run_in_time(&self, kick: &Kick) -> Result<Run, RunError> {
         let Scenario { cell, integrator, .. } = *self.scenario;
         let state = self.linear.state(&self.uncorrected()?);
         let plant = SimulatedCell::new(cell, Stepper::new(integrator), state);

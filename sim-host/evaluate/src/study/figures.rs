@@ -7,7 +7,7 @@ use crate::margins::{MARGIN_FIGURES, Margins};
 use crate::weld::WeldFigures;
 
 /// Figures of a weld that studies ask for.
-pub static STUDY_FIGURES: [FigureOf<WeldFigures>; 7] = [
+pub(crate) static STUDY_FIGURES: [FigureOf<WeldFigures>; 7] = [
     FigureOf::new("lateral_rms_m", "lateral, RMS", "m", |f| f.lateral.rms),
     FigureOf::new("lateral_max_m", "lateral, largest", "m", |f| f.lateral.max_abs),
     FigureOf::new("longitudinal_max_m", "along the seam, largest", "m", |f| f.longitudinal.max_abs),
@@ -23,7 +23,7 @@ pub static STUDY_FIGURES: [FigureOf<WeldFigures>; 7] = [
 pub const MARGINS_ASKED: usize = 5;
 
 /// The figures of a study, with margins or without.
-pub fn asked(margins: bool) -> impl Iterator<Item = &'static Figure> {
+pub(crate) fn asked(margins: bool) -> impl Iterator<Item = &'static Figure> {
     let of_loop = MARGIN_FIGURES.iter().take(if margins { MARGINS_ASKED } else { 0 });
     STUDY_FIGURES.iter().map(|of| &of.figure).chain(of_loop.map(|of| &of.figure))
 }

@@ -13,14 +13,14 @@ mod sensitivity;
 mod sobol;
 
 pub use envelope::{EnvelopePoint, EnvelopeRun, envelopes, reachable};
-pub use figures::{MARGINS_ASKED, STUDY_FIGURES, study_figure};
+pub use figures::{MARGINS_ASKED, study_figure};
 pub use layout::{
     Allowance, Confirmation, ConfirmedWeld, LayoutTask, Limiting, OutOfReach, PlacedPart,
     PlacementRange, Range, RatedPlacement, SEAM_PLACES, WAY_FIGURES, as_filed, confirm,
     more_is_better, numbers, pareto, way_figure,
 };
 pub use limits::{Driven, FoundLimit, LimitProbe, LimitStudy};
-pub use place::{ArmAlongSeam, Placement, RealArm, Workpiece, centred, rolled, shortened};
+pub use place::{ArmAlongSeam, Placement, RealArm, Workpiece, centred, shortened};
 pub use sensitivity::{
     Derivative, FigureDerivatives, FigureIndices, GlobalSensitivity, Input, LocalSensitivity,
     SensitivityStudy, StudyRun,

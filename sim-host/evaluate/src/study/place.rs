@@ -110,7 +110,7 @@ pub fn centred(weld: &Weld, length: f64) -> Weld {
 ///
 /// # Errors
 /// [`ModelError`].
-pub fn rolled(robot: &Robot<f64>, roll: f64) -> Result<Robot<f64>, ModelError> {
+pub(crate) fn rolled(robot: &Robot<f64>, roll: f64) -> Result<Robot<f64>, ModelError> {
     let mut parameters = robot.parameters().clone();
     let tool = &mut parameters.tool;
     // The frame T is turned against the tool, so that the same pose of T has the tool turned.

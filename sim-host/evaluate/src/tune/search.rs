@@ -146,7 +146,7 @@ const PUSH_STEP_TIMES: [f64; 2] = [1.0, 3.0];
 
 impl<'a> Judge<'a> {
     /// The same scenario with these gains.
-    pub fn with<'b>(
+    pub(crate) fn with<'b>(
         &self,
         control: &'b Control,
         controller: ControllerKind,
@@ -159,12 +159,12 @@ impl<'a> Judge<'a> {
     }
 
     /// Margins against what is asked.
-    pub fn rate(&self, map: &[Margins]) -> Vec<Rating> {
+    pub(crate) fn rate(&self, map: &[Margins]) -> Vec<Rating> {
         rate_margins(self.margins, map)
     }
 
     /// The loop along the whole weld, with every slope of friction.
-    pub fn map(
+    pub(crate) fn map(
         &self,
         control: &Control,
         controller: ControllerKind,
@@ -175,7 +175,7 @@ impl<'a> Judge<'a> {
     }
 
     /// The step; `None` where the loop runs away, or a drive is at its limit.
-    pub fn step(
+    pub(crate) fn step(
         &self,
         control: &Control,
         controller: ControllerKind,
@@ -211,7 +211,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Gains of a controller from some to begin with.
-    pub fn search(
+    pub(crate) fn search(
         &self,
         start: &Control,
         controller: ControllerKind,
@@ -303,7 +303,11 @@ impl<'a> Judge<'a> {
 
     /// The gains at the fastest pace of a law at which the margins are kept, or at which they are
     /// missed by least. `paced`: the gains at a share of its own pace.
-    pub fn pace(&self, law: &Entry, paced: impl Fn(f64) -> Control) -> Result<Control, TuneError> {
+    pub(crate) fn pace(
+        &self,
+        law: &Entry,
+        paced: impl Fn(f64) -> Control,
+    ) -> Result<Control, TuneError> {
         let (controller, own) = (ControllerKind::External, rounded(&paced(1.0)));
         let kept = |map: &[Margins]| self.rate(map).iter().all(Rating::is_met);
         let map = self.map(&own, controller, law)?;

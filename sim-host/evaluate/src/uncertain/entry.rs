@@ -10,7 +10,7 @@ use trueweld_plant::input::{
 
 /// Where the seam really lies, against where it was taught, axes of the taught W about its origin:
 /// m and rad.
-pub const SEAM_KEYS: [&str; 6] =
+pub(crate) const SEAM_KEYS: [&str; 6] =
     ["shift_x_m", "shift_y_m", "shift_z_m", "turn_x_rad", "turn_y_rad", "turn_z_rad"];
 
 /// Which number of a cell.

@@ -13,7 +13,8 @@ mod distribution;
 mod entry;
 
 pub use distribution::Distribution;
-pub use entry::{Group, SEAM_KEYS, UncertainEntry};
+pub(crate) use entry::SEAM_KEYS;
+pub use entry::{Group, UncertainEntry};
 
 use distribution::CUT;
 use entry::{Subject, places, within_range};

@@ -77,7 +77,7 @@ const CORRELATION_POINTS_MAX: usize = 1 << 20;
 
 /// Offset of the clock of `other` against that of `own`, s, by the speeds that they saw, and the
 /// step to which it is known. `None` where nothing moved.
-pub fn correlate(own: &Points<'_>, other: &Points<'_>) -> Option<(f64, f64)> {
+pub(crate) fn correlate(own: &Points<'_>, other: &Points<'_>) -> Option<(f64, f64)> {
     let span = |p: &Points<'_>| Some(p.time.last()? - p.time.first()?);
     let (longest, shortest) = (span(own)?.max(span(other)?), span(own)?.min(span(other)?));
     let slower = median_step(own.time).max(median_step(other.time));

@@ -279,7 +279,7 @@ pub struct Orders<'a> {
 /// out where it has none.
 ///
 /// `low`: the band around zero; `deviation` of the white noise.
-pub fn comb(
+pub(crate) fn comb(
     low: &LowPass,
     orders: &Orders,
     period: f64,
@@ -332,7 +332,7 @@ pub const CLOSE_AGREEMENT_DEVIATIONS: f64 = 3.0;
 
 /// The same where little of the noise may be left: of thousands of samples with ten comparisons each
 /// some lie beyond three deviations by chance, and each has a wide band around it.
-pub const NOT_BY_CHANCE: f64 = 4.0;
+pub(crate) const NOT_BY_CHANCE: f64 = 4.0;
 
 /// A noisy series and its rate in several bands.
 ///

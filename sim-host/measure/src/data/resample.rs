@@ -61,7 +61,7 @@ pub struct Resampler<'t> {
 }
 
 /// Median step of rising times, s; 0 of fewer than two.
-pub fn median_step(times: &[f64]) -> f64 {
+pub(crate) fn median_step(times: &[f64]) -> f64 {
     // Of a long series some thousand steps tell it.
     let stride = (times.len() / 4096).max(1);
     let mut steps: Vec<f64> = times.windows(2).step_by(stride).map(|w| w[1] - w[0]).collect();
@@ -70,7 +70,7 @@ pub fn median_step(times: &[f64]) -> f64 {
 
 /// True where nearly all steps are whole multiples of the median one, and most are one of it: stamps
 /// jitter, and single rows were lost.
-pub fn is_even(times: &[f64]) -> bool {
+pub(crate) fn is_even(times: &[f64]) -> bool {
     let period = median_step(times);
     let periods = || times.windows(2).map(|w| (w[1] - w[0]) / period);
     let off = periods().filter(|p| (p - p.round().max(1.0)).abs() > GRID_DEPARTURE_MAX).count();

@@ -58,7 +58,7 @@ pub(crate) fn sample_hold(series: &[&[f64]]) -> Option<SampleHold> {
 impl SampleHold {
     /// When each reading was taken, as the rows' times tell: evenly apart where each can have come
     /// with the first row after that, and with its row otherwise.
-    pub fn instants(&self, time: &[f64]) -> Vec<f64> {
+    pub(crate) fn instants(&self, time: &[f64]) -> Vec<f64> {
         let row = median_step(time);
         let came: Vec<f64> = self.first.iter().map(|k| time[*k]).collect();
         let apart = |w: &[f64]| ((w[1] - w[0]) / (self.every * row)).round().max(1.0);

@@ -46,7 +46,7 @@ impl HeldOutGain {
     /// follow each other count as they do, and an effect that few blocks show is no less sure for
     /// it. What is off alike in all values of a column no block tells: it is one value of
     /// deviation 1.
-    pub fn of(
+    pub(crate) fn of(
         problem: &FitProblem,
         blocks: &[Vec<u8>],
         [before, after]: &[Vec<Vec<f64>>; 2],
@@ -68,7 +68,7 @@ impl HeldOutGain {
     }
 
     /// True where the 95 % interval of the fall lies above nothing.
-    pub fn is_more_than_chance(self) -> bool {
+    pub(crate) fn is_more_than_chance(self) -> bool {
         self.fall > OF_BLOCKS * self.error
     }
 }

@@ -11,34 +11,34 @@ use std::collections::BTreeMap;
 /// Fall of the held-out sum of squares that chance does not reach among some hundred hypotheses.
 pub const GAIN: f64 = 30.0;
 /// Share of what the blocks that get better win that the others may lose.
-pub const HELD_OUT_LOSS_SHARE_MAX: f64 = 0.3;
+pub(crate) const HELD_OUT_LOSS_SHARE_MAX: f64 = 0.3;
 /// Fall of the held-out sum of squares from which on losses elsewhere are no sign of chance.
-pub const PLENTIFUL_GAIN: f64 = 1000.0;
+pub(crate) const PLENTIFUL_GAIN: f64 = 1000.0;
 /// Fall of one channel's sum of squares below which its noise is not known well enough, as a share.
 pub const VISIBLE: f64 = 0.08;
 /// The same where noise was stated and all channels together fall by [`AMPLE`].
-pub const VISIBLE_STATED: f64 = 0.03;
+pub(crate) const VISIBLE_STATED: f64 = 0.03;
 /// The same of one column, whose own noise is known less well.
-pub const VISIBLE_IN_COLUMN: f64 = 0.25;
+pub(crate) const VISIBLE_IN_COLUMN: f64 = 0.25;
 /// Least share of what is above the floor that an effect must explain.
 pub const EXPLAINED_SHARE_MIN: f64 = 0.1;
 /// Share of what was above the floor that an explanation may leave.
 pub const REMAINING_SHARE_MAX: f64 = 0.04;
 /// The same, where all together is as near to the floor as this score.
-pub const REMAINING_SHARE_MAX_NEAR_FLOOR: f64 = 0.5;
+pub(crate) const REMAINING_SHARE_MAX_NEAR_FLOOR: f64 = 0.5;
 /// Share of what one effect leaves standing out of the floor that a second one may leave.
-pub const HALVED: f64 = 0.5;
+pub(crate) const HALVED: f64 = 0.5;
 /// Fall of the sum of squares that a second effect must bring, and one that hardly lowers any channel.
 pub const AMPLE: f64 = 100.0;
 /// Score from which on an explanation leaves too much, whatever it explains.
-pub const TOO_FAR: f64 = 2.0;
+pub(crate) const TOO_FAR: f64 = 2.0;
 /// Score that is near the floor.
 pub const NEAR_FLOOR_SCORE: f64 = 1.05;
 /// Score of any channel from which on something is above the floor.
-pub const SURELY_ABOVE: f64 = 1.3;
+pub(crate) const SURELY_ABOVE: f64 = 1.3;
 /// Fall of the sum of squares that a calibration must bring to be kept, and so much more for each
 /// value it has.
-pub const KEEP: f64 = 25.0;
+pub(crate) const KEEP: f64 = 25.0;
 /// The same for each value.
 pub const KEEP_EACH: f64 = 6.0;
 /// Difference of the cost up to which two explanations are tied, in what chance makes of a residual.
@@ -50,24 +50,24 @@ pub const GROSS_CALIBRATION_DEVIATIONS: f64 = 5.0;
 pub const COMMAND_HOLD_SHARE: f64 = 0.25;
 /// How often what is named at three times the limit of detection is something outside the library
 /// that looks alike; less often the more it shows.
-pub const LOOKS_ALIKE: f64 = 0.2;
+pub(crate) const LOOKS_ALIKE: f64 = 0.2;
 /// Least probability of all explanations together for one to be named where nothing stands out of the
 /// floor.
-pub const SURELY_ONE: f64 = 0.75;
+pub(crate) const SURELY_ONE: f64 = 0.75;
 /// Least probability of an explanation that is named; with less there are too many others.
-pub const LEAST_LIKELY: f64 = 0.125;
+pub(crate) const LEAST_LIKELY: f64 = 0.125;
 /// Turns of a wave that logs must hold for it to be one.
-pub const WHOLE_TURN: f64 = 1.0;
+pub(crate) const WHOLE_TURN: f64 = 1.0;
 /// The gain at three times the limit.
-pub const GAIN_AT_THREE_LIMITS: f64 = 9.0 * GAIN;
+pub(crate) const GAIN_AT_THREE_LIMITS: f64 = 9.0 * GAIN;
 /// Share of what the best hypothesis gains from which on another one is fitted in full.
-pub const NEAR_BEST_GAIN: f64 = 0.3;
+pub(crate) const NEAR_BEST_GAIN: f64 = 0.3;
 /// Share of what the best fit wins that another one's slopes must promise for it to go on.
-pub const PROMISED_WIN_SHARE: f64 = 0.5;
+pub(crate) const PROMISED_WIN_SHARE: f64 = 0.5;
 /// Hypotheses fitted, first alone and then beside the best.
-pub const FITTED_HYPOTHESES: usize = 8;
+pub(crate) const FITTED_HYPOTHESES: usize = 8;
 /// Of these, how many beside the best.
-pub const FITTED_BESIDE: usize = 5;
+pub(crate) const FITTED_BESIDE: usize = 5;
 
 /// Single effects at most that an explanation of several is looked for from.
 pub const STARTING_EFFECTS: usize = 3;

@@ -339,7 +339,7 @@ pub(super) struct Explained {
 
 impl Explained {
     /// True where it leaves nothing that stands out of the floor.
-    pub fn is_whole(&self, problem: &FitProblem) -> bool {
+    pub(crate) fn is_whole(&self, problem: &FitProblem) -> bool {
         self.chosen.last().is_some_and(|f| rules::within_noise(problem, &f.residuals))
     }
 }

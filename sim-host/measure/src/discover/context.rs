@@ -23,18 +23,18 @@ pub(super) struct DiscoveryContext<'a> {
 
 impl DiscoveryContext<'_> {
     /// The linear model of the calibrations with more values beside them, of which nothing is known.
-    pub fn beside(&self, more: &[Slopes]) -> Linear {
+    pub(crate) fn beside(&self, more: &[Slopes]) -> Linear {
         let more: Vec<&Slopes> = more.iter().collect();
         self.null.linear.extended(self.blocks, &self.null.residuals, &self.null.slopes, &more)
     }
 
     /// The same, condensed onto these values.
-    pub fn condensed(&self, more: &[Slopes]) -> ReducedNormal {
+    pub(crate) fn condensed(&self, more: &[Slopes]) -> ReducedNormal {
         self.eliminated.condensed(&self.beside(more), more.len())
     }
 
     /// The logs with what the calibrated model says of their links.
-    pub fn rows(&self) -> LogRows<'_> {
+    pub(crate) fn rows(&self) -> LogRows<'_> {
         LogRows { problem: self.problem, logs: self.logs, at: &self.null.residuals }
     }
 }

@@ -81,7 +81,7 @@ pub(super) struct Spring {
 
 impl CurveCandidate {
     /// Both variables in a row of a log; nothing where there is no second.
-    pub fn at(&self, log: usize, row: usize) -> [f64; 2] {
+    pub(crate) fn at(&self, log: usize, row: usize) -> [f64; 2] {
         let value = |series: &ExpressionValues| series[log].get(row).copied().unwrap_or(f64::NAN);
         [value(&self.over), self.across.as_ref().map_or(0.0, value)]
     }
@@ -106,7 +106,7 @@ impl CurveCandidate {
     }
 
     /// The same as a loop that turns round over this way; `None` where no log knows its variable.
-    pub fn turning_over(&self, context: &DiscoveryContext<'_>, width: f64) -> Option<Self> {
+    pub(crate) fn turning_over(&self, context: &DiscoveryContext<'_>, width: f64) -> Option<Self> {
         let hypothesis = Hypothesis { turns_over: Some(width), ..self.hypothesis };
         let rows = |text: &str| context.rows().of(hypothesis.port, hypothesis.at, text);
         let (over, along) = (rows(&hypothesis.over())?, rows(hypothesis.over)?);
@@ -117,18 +117,18 @@ impl CurveCandidate {
     }
 
     /// Steps of its values: of the stiffness of the spring beside a loop, and of each place.
-    pub fn steps(&self, places: &Places) -> Vec<f64> {
+    pub(crate) fn steps(&self, places: &Places) -> Vec<f64> {
         let spring = self.spring.iter().map(|spring| spring.step);
         spring.chain((0..places.count()).map(|_| self.step)).collect()
     }
 
     /// Range of the variable where the logs show the port; `None` where it hardly changes.
-    pub fn range(&self, context: &DiscoveryContext<'_>) -> Option<f64> {
+    pub(crate) fn range(&self, context: &DiscoveryContext<'_>) -> Option<f64> {
         range(&self.seen(context, 0))
     }
 
     /// The layouts that suit the variable; none where it hardly changes.
-    pub fn layouts(&self, context: &DiscoveryContext<'_>) -> &'static [KnotLayout] {
+    pub(crate) fn layouts(&self, context: &DiscoveryContext<'_>) -> &'static [KnotLayout] {
         if self.across.is_some() {
             let changes = |variable| range(&self.seen(context, variable)).is_some();
             return if [0, 1].into_iter().all(changes) { &[KnotLayout::Even] } else { &[] };
@@ -145,7 +145,7 @@ impl CurveCandidate {
     }
 
     /// Places over the range of each variable, so many of a curve; `None` where few are apart.
-    pub fn places(
+    pub(crate) fn places(
         &self,
         context: &DiscoveryContext<'_>,
         layout: KnotLayout,
@@ -191,7 +191,7 @@ impl CurveCandidate {
     }
 
     /// Slopes of all residuals by its values, over their steps.
-    pub fn slopes(&self, context: &DiscoveryContext<'_>, places: &Places) -> Vec<Slopes> {
+    pub(crate) fn slopes(&self, context: &DiscoveryContext<'_>, places: &Places) -> Vec<Slopes> {
         let mut all = self.slopes_at_once(context, places);
         let ring_down = |log: usize| context.problem.logs[log].kind == LogKind::RingDown;
         if !self.hypothesis.swings() || !(0..context.problem.logs.len()).any(ring_down) {
@@ -278,7 +278,7 @@ impl CurveCandidate {
     }
 
     /// The kind of effect that this curve is.
-    pub fn kind(&self, id: &str, table: DefinedTable) -> Option<&'static EffectKind> {
+    pub(crate) fn kind(&self, id: &str, table: DefinedTable) -> Option<&'static EffectKind> {
         let hypothesis = &self.hypothesis;
         let far = CURVE_VALUE_RANGE * self.step;
         let spring = self.spring.as_ref().map(|spring| CustomParameter {
@@ -396,7 +396,7 @@ pub(super) fn fit_curve(
 impl FittedCurve {
     /// The same as a loop of another width, where that predicts blocks left out as well: a loop is
     /// screened for a few widths only.
-    pub fn turning_over(&self, context: &DiscoveryContext<'_>, width: f64) -> Option<Self> {
+    pub(crate) fn turning_over(&self, context: &DiscoveryContext<'_>, width: f64) -> Option<Self> {
         let candidate = self.candidate.turning_over(context, width)?;
         let other = fit_curve(context, &candidate, self.layout)?;
         let as_good =
@@ -405,7 +405,7 @@ impl FittedCurve {
     }
 
     /// A formula in its place, over its range.
-    pub fn drawn(&self, formula: &Effect) -> Vec<[f64; 2]> {
+    pub(crate) fn drawn(&self, formula: &Effect) -> Vec<[f64; 2]> {
         let Action::Expression(own) = formula.kind.action else {
             return Vec::new();
         };
@@ -432,7 +432,7 @@ impl FittedCurve {
 
     /// Where a value of what the curve is over is drawn: of a loop, the way since the variable turned
     /// round at the end of a long way back.
-    pub fn drawn_at(&self, x: f64) -> f64 {
+    pub(crate) fn drawn_at(&self, x: f64) -> f64 {
         match self.candidate.hypothesis.turns_over {
             Some(width) => -width * (0.5 * (1.0 - x)).max(NEARLY_ROUND).ln(),
             None => x,
@@ -440,31 +440,31 @@ impl FittedCurve {
     }
 
     /// All its values, those at its places last.
-    pub fn all_values(&self) -> &[f64] {
+    pub(crate) fn all_values(&self) -> &[f64] {
         self.fitted.point.shared.last().map_or(&[], |effect| &effect.values)
     }
 
     /// Of what there is for each of its values that for its places.
-    pub fn of_places<'a, T>(&self, all: &'a [T]) -> &'a [T] {
+    pub(crate) fn of_places<'a, T>(&self, all: &'a [T]) -> &'a [T] {
         &all[all.len().saturating_sub(self.places.count())..]
     }
 
     /// What is drawn of a surface: indices of the values in the middle of its second variable, and where
     /// that is. Of a curve all of them.
-    pub fn middle(&self) -> (Range<usize>, f64) {
+    pub(crate) fn middle(&self) -> (Range<usize>, f64) {
         let Places { x, across } = &self.places;
         let row = self.places.middle();
         (row * x.len()..(row + 1) * x.len(), across.get(row).copied().unwrap_or(0.0))
     }
 
     /// The values at its places.
-    pub fn values(&self) -> &[f64] {
+    pub(crate) fn values(&self) -> &[f64] {
         self.of_places(self.all_values())
     }
 
     /// Half the interval of what all values of its band have in common, where that is most of its
     /// width, and the band without.
-    pub fn shape(&self, band: &[[f64; 2]]) -> (Option<f64>, Vec<[f64; 2]>) {
+    pub(crate) fn shape(&self, band: &[[f64; 2]]) -> (Option<f64>, Vec<[f64; 2]>) {
         let n = self.places.count();
         let whole = || (None, band.to_vec());
         let Some(factor) = self.fitted.linear.factor() else { return whole() };
@@ -491,7 +491,7 @@ impl FittedCurve {
 
     /// What the measurements ask for along the curve, whatever its form, a point a stretch between
     /// its places: the curve and what is left of the residual there.
-    pub fn points(&self, context: &DiscoveryContext<'_>) -> Vec<ConditionBin> {
+    pub(crate) fn points(&self, context: &DiscoveryContext<'_>) -> Vec<ConditionBin> {
         let left: Vec<&[f64]> =
             self.fitted.residuals.iter().map(|at| at.residual.as_slice()).collect();
         let mut points = self.asked(context, &left);
@@ -503,7 +503,7 @@ impl FittedCurve {
     }
 
     /// Points where they are drawn.
-    pub fn drawn_points(&self, points: Vec<ConditionBin>) -> Vec<ConditionBin> {
+    pub(crate) fn drawn_points(&self, points: Vec<ConditionBin>) -> Vec<ConditionBin> {
         points
             .into_iter()
             .map(|point| ConditionBin { x: self.drawn_at(point.x), ..point })
@@ -512,7 +512,7 @@ impl FittedCurve {
 
     /// What would take residuals away at the port, a point a stretch between the places; of a surface
     /// near the middle of its second variable.
-    pub fn asked(
+    pub(crate) fn asked(
         &self,
         context: &DiscoveryContext<'_>,
         left: &[impl AsRef<[f64]>],

@@ -479,18 +479,22 @@ pub(super) fn law(
 
 impl FittedFormula {
     /// The way over which it turns round, where it is a Dahl loop.
-    pub fn turns_over(&self) -> Option<f64> {
+    pub(crate) fn turns_over(&self) -> Option<f64> {
         let of = self.form.shapes.iter().position(|s| *s == LOOP_WIDTH_SHAPE)?;
         self.effect()?.values.get(self.form.parts.len() + of).copied()
     }
 
     /// The effect that the law is.
-    pub fn effect(&self) -> Option<&Effect> {
+    pub(crate) fn effect(&self) -> Option<&Effect> {
         self.fitted.point.shared.last()
     }
 
     /// A law of the same form in another curve's place.
-    pub fn elsewhere(&self, context: &DiscoveryContext<'_>, curve: &FittedCurve) -> Option<Self> {
+    pub(crate) fn elsewhere(
+        &self,
+        context: &DiscoveryContext<'_>,
+        curve: &FittedCurve,
+    ) -> Option<Self> {
         let cost = Cost::of(curve)?;
         if !cost.forms().iter().any(|form| std::ptr::eq(form, self.form)) {
             return None;

@@ -33,7 +33,7 @@ pub(super) struct Library<'a> {
 }
 
 impl<'a> Library<'a> {
-    pub fn of(problem: &'a FitProblem, diagnosis: &Diagnosis) -> Self {
+    pub(crate) fn of(problem: &'a FitProblem, diagnosis: &Diagnosis) -> Self {
         let null = &diagnosis.null;
         // A partial explanation within the library may do as well; one that fits anything is none.
         let within = diagnosis.chosen.iter().chain(diagnosis.candidates.iter().map(|c| &c.fitted));
@@ -151,7 +151,7 @@ impl FreeFormLaw {
     }
 
     /// The one of the two that predicts blocks better that were left out.
-    pub fn fitted(&self) -> &Fitted {
+    pub(crate) fn fitted(&self) -> &Fitted {
         let formula = self.formula.as_ref().filter(|_| self.is_formula);
         formula.map_or(&self.curve.fitted, |law| &law.fitted)
     }

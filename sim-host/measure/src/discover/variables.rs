@@ -23,7 +23,12 @@ pub(super) struct LogRows<'a> {
 impl LogRows<'_> {
     /// An expression over the variables of a port at every row; `None` where no log knows it. What it
     /// remembers begins at nothing in each log.
-    pub fn of(&self, port: &NamedPort, at: Location, text: &str) -> Option<ExpressionValues> {
+    pub(crate) fn of(
+        &self,
+        port: &NamedPort,
+        at: Location,
+        text: &str,
+    ) -> Option<ExpressionValues> {
         let names: Vec<&str> = port.variables.iter().map(|v| v.name).collect();
         let expression = Expression::parse(text, &names, &[]).ok()?;
         let joint = if let Location::Joint(joint) = at { joint } else { 0 };

@@ -162,7 +162,7 @@ pub(super) struct ExperimentCell<'a> {
 
 impl<'a> ExperimentCell<'a> {
     /// What the logs show of the laboratory; `None` where they show nowhere to go.
-    pub fn of(robot: &'a Robot<f64>, logs: &'a [Log]) -> Option<Self> {
+    pub(crate) fn of(robot: &'a Robot<f64>, logs: &'a [Log]) -> Option<Self> {
         logs.first()?;
         let mut range = [[f64::INFINITY, f64::NEG_INFINITY]; JOINTS];
         for q in logs.iter().flat_map(|l| &l.samples.encoder) {
@@ -221,12 +221,12 @@ impl<'a> ExperimentCell<'a> {
     }
 
     /// Any log: of the same kind, if there is one.
-    pub fn like(&self, kind: LogKind) -> &'a Log {
+    pub(crate) fn like(&self, kind: LogKind) -> &'a Log {
         self.pattern(kind).unwrap_or(&self.logs[0])
     }
 
     /// Sampling period to expect in a log of a kind, s: that of the logs of that kind, or of any.
-    pub fn period(&self, kind: LogKind) -> Option<f64> {
+    pub(crate) fn period(&self, kind: LogKind) -> Option<f64> {
         match self.pattern(kind) {
             Some(log) => log.period,
             None => self.logs.iter().find_map(|l| l.period),
@@ -235,7 +235,7 @@ impl<'a> ExperimentCell<'a> {
 
     /// Channels to expect in a log of a kind: those of the logs of that kind, or of all where there
     /// is none.
-    pub fn channels(&self, kind: LogKind) -> Channels {
+    pub(crate) fn channels(&self, kind: LogKind) -> Channels {
         match self.pattern(kind) {
             Some(_) => Channels::of(self.logs.iter().filter(|l| l.kind == kind)),
             None => Channels::of(self.logs.iter()),
@@ -243,13 +243,13 @@ impl<'a> ExperimentCell<'a> {
     }
 
     /// Noise of the instruments in a log of a kind.
-    pub fn noise(&self, kind: LogKind) -> NoiseLevels {
+    pub(crate) fn noise(&self, kind: LogKind) -> NoiseLevels {
         let index = self.logs.iter().position(|l| l.kind == kind).unwrap_or(0);
         self.noise[index]
     }
 
     /// What the weight of a mass on the flange is to the tool, in axes of T.
-    pub fn weight(&self, q: &JointVector<f64>, mass: f64) -> Wrench<f64> {
+    pub(crate) fn weight(&self, q: &JointVector<f64>, mass: f64) -> Wrench<f64> {
         let frames = self.robot.frames(q);
         let parameters = self.robot.parameters();
         let lever = frames.rotation[JOINTS - 1] * (self.centre - parameters.tool.tcp_from_flange);
@@ -258,7 +258,7 @@ impl<'a> ExperimentCell<'a> {
     }
 
     /// Where the tool is under a wrench, in axes of T: as the baseline has it.
-    pub fn pose(&self, q: &JointVector<f64>, wrench_in_t: &Wrench<f64>) -> Pose<f64> {
+    pub(crate) fn pose(&self, q: &JointVector<f64>, wrench_in_t: &Wrench<f64>) -> Pose<f64> {
         self.robot.deflected(q, wrench_in_t, 4).real
     }
 }

@@ -162,7 +162,7 @@ pub(super) enum ProcedureFamily {
 
 impl ProcedureFamily {
     /// How many of them are looked at closely: those at rest cost next to nothing.
-    pub fn most(self) -> usize {
+    pub(crate) fn most(self) -> usize {
         match self {
             Self::Loads | Self::Poses => 16,
             Self::Stops | Self::Speeds | Self::Welds => 2,

@@ -30,7 +30,10 @@ pub(super) struct SeparationContext<'a> {
 
 impl<'a> SeparationContext<'a> {
     /// `None` where the model cannot be driven through the logs.
-    pub fn of(problem: &'a FitProblem, claimed: Vec<(&'static str, Location)>) -> Option<Self> {
+    pub(crate) fn of(
+        problem: &'a FitProblem,
+        claimed: Vec<(&'static str, Location)>,
+    ) -> Option<Self> {
         let point = unclaimed(calibrations(problem), &claimed);
         let at = fit::residuals(problem, &point).ok()?;
         let slopes = fit::slopes(problem, &point, &point.free, &at, fit::SLOPE_STEP);
@@ -38,7 +41,7 @@ impl<'a> SeparationContext<'a> {
     }
 
     /// What the logs so far say of a rival. `None` where it cannot be driven through them.
-    pub fn rival(&self, effects: &[Effect]) -> Option<Rival> {
+    pub(crate) fn rival(&self, effects: &[Effect]) -> Option<Rival> {
         let problem = self.problem;
         let mut point = self.point.clone();
         for effect in effects {
@@ -137,7 +140,7 @@ pub(super) struct PlannedTrial {
 }
 
 impl PlannedTrial {
-    pub fn new(problem: &FitProblem, experiment: PreparedLog) -> Self {
+    pub(crate) fn new(problem: &FitProblem, experiment: PreparedLog) -> Self {
         Self { problem: FitProblem { per_log: Vec::new(), ..problem.on(vec![experiment]) } }
     }
 
@@ -147,7 +150,7 @@ impl PlannedTrial {
 
     /// Difference of two rivals' predictions, in standard deviations of all compared values
     /// together: what refitting can only make less.
-    pub fn apart(&self, a: &[Effect], b: &[Effect]) -> Option<f64> {
+    pub(crate) fn apart(&self, a: &[Effect], b: &[Effect]) -> Option<f64> {
         let point = |effects: &[Effect]| FitState {
             shared: effects.to_vec(),
             per_log: vec![Vec::new()],
@@ -161,7 +164,7 @@ impl PlannedTrial {
 
     /// Expected √Δχ² between rivals and the first of them, whichever is true and the other
     /// refitted: the smaller of both.
-    pub fn separations(
+    pub(crate) fn separations(
         &self,
         ctx: &SeparationContext<'_>,
         first: &Rival,

@@ -380,7 +380,7 @@ pub(crate) struct Factor {
 
 impl Factor {
     /// With `damping` added to the ones; `None` where that is not positive definite.
-    pub fn new(jtj: &DMatrix<f64>, damping: f64) -> Option<Self> {
+    pub(crate) fn new(jtj: &DMatrix<f64>, damping: f64) -> Option<Self> {
         let scale = jtj.diagonal().map(|own| if own > 0.0 { own.sqrt().recip() } else { 1.0 });
         let mut scaled = jtj.component_mul(&(&scale * scale.transpose()));
         (0..scale.len()).for_each(|i| scaled[(i, i)] += damping + RIDGE);
@@ -388,7 +388,7 @@ impl Factor {
     }
 
     /// The solution for a right side, a vector or several.
-    pub fn solve<C: nalgebra::Dim>(&self, right: &RightSides<C>) -> RightSides<C>
+    pub(crate) fn solve<C: nalgebra::Dim>(&self, right: &RightSides<C>) -> RightSides<C>
     where
         nalgebra::DefaultAllocator: nalgebra::allocator::Allocator<Dyn, C>,
     {
@@ -401,7 +401,7 @@ impl Factor {
     }
 
     /// Standard deviations of the values.
-    pub fn deviations(&self) -> DVector<f64> {
+    pub(crate) fn deviations(&self) -> DVector<f64> {
         let covariance = self.cholesky.inverse().diagonal();
         covariance.map(|v| v.max(0.0).sqrt()).component_mul(&self.scale)
     }

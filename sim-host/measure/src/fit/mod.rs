@@ -32,7 +32,7 @@ use trueweld_plant::effects::{Action, Effect, Location, Parameter, Role};
 use trueweld_plant::input::ModelFile;
 
 /// Blocks in time that can be left out.
-pub const BLOCKS: usize = 10;
+pub(crate) const BLOCKS: usize = 10;
 
 /// Logs made ready, and the model they judge.
 #[derive(Debug)]

@@ -15,23 +15,23 @@ pub(crate) struct Quadratic {
 
 impl Quadratic {
     /// The normal equations of all blocks, priors with them.
-    pub fn of(linear: &Linear) -> Self {
+    pub(crate) fn of(linear: &Linear) -> Self {
         let (jtj, jtr) = linear.without(None);
         Self { jtj, jtr }
     }
 
     /// Its value.
-    pub fn at(&self, y: &DVector<f64>) -> f64 {
+    pub(crate) fn at(&self, y: &DVector<f64>) -> f64 {
         2.0 * self.jtr.dot(y) + (&self.jtj * y).dot(y)
     }
 
     /// Where it is least; `None` where it is not positive definite.
-    pub fn least(&self) -> Option<DVector<f64>> {
+    pub(crate) fn least(&self) -> Option<DVector<f64>> {
         Some(-Factor::new(&self.jtj, 0.0)?.solve(&self.jtr))
     }
 
     /// Of the last values, all before them where it is least by them.
-    pub fn of_last(self, count: usize) -> Option<Self> {
+    pub(crate) fn of_last(self, count: usize) -> Option<Self> {
         let before = self.jtr.len() - count;
         if before == 0 {
             return Some(self);
@@ -98,7 +98,7 @@ pub(crate) struct SchurComplement {
 
 impl SchurComplement {
     /// `None` where the values are not determined.
-    pub fn of(linear: &Linear) -> Option<Self> {
+    pub(crate) fn of(linear: &Linear) -> Option<Self> {
         let shapes = &linear.held_out_prior.shapes;
         let out: Vec<usize> = (0..linear.away.len()).filter(|k| !shapes.contains(k)).collect();
         let taken = |left_out| {
@@ -110,7 +110,7 @@ impl SchurComplement {
     }
 
     /// A model of these values and so many more, condensed onto those and what shapes effects.
-    pub fn condensed(&self, linear: &Linear, own: usize) -> ReducedNormal {
+    pub(crate) fn condensed(&self, linear: &Linear, own: usize) -> ReducedNormal {
         let all = linear.away.len();
         let mut kept = linear.held_out_prior.shapes.clone();
         kept.extend(all - own..all);
@@ -167,7 +167,7 @@ pub(crate) struct ReducedNormal {
 
 impl ReducedNormal {
     /// The same with something known of its last values.
-    pub fn with_prior(&self, prior: &DMatrix<f64>) -> Self {
+    pub(crate) fn with_prior(&self, prior: &DMatrix<f64>) -> Self {
         let mut known = self.clone();
         let from = self.held_out_prior.weight.len() - prior.nrows();
         let normal = known.blocks.iter_mut().map(|block| &mut block.without);
@@ -179,7 +179,7 @@ impl ReducedNormal {
     }
 
     /// The same with fewer values in place of its own, of which each moves those by a column of `parts`.
-    pub fn with_parts(&self, parts: &DMatrix<f64>) -> Self {
+    pub(crate) fn with_parts(&self, parts: &DMatrix<f64>) -> Self {
         let shapes = self.held_out_prior.shapes.len();
         let all = shapes + parts.ncols();
         let mut to = DMatrix::zeros(shapes + parts.nrows(), all);
@@ -203,7 +203,7 @@ impl ReducedNormal {
     }
 
     /// Sum of squares of all blocks, each predicted from all the others.
-    pub fn held_out(&self) -> f64 {
+    pub(crate) fn held_out(&self) -> f64 {
         let held = self.staying();
         let block = |ReducedBlock { without, left_out: (own, rss) }: &ReducedBlock| {
             let mut without = without.clone();

@@ -40,30 +40,29 @@ pub(super) struct Deflected {
     pub compliance: Matrix6<f64>,
 }
 
+/// How far a row's load moves the tool, and how far unit loads would; `None` where the arm cannot
+/// carry it.
+fn deflected(row: &LogRow, robot: &Robot<f64>) -> Option<Deflected> {
+    /// N or N·m.
+    const UNIT_LOAD: f64 = 1e3;
+    let moved = movement(row, robot, &Wrench::zero())?;
+    let mut compliance = Matrix6::zeros();
+    for c in 0..6 {
+        let mut one = Vector6::zeros();
+        one[c] = UNIT_LOAD;
+        let per_load = (moved - movement(row, robot, &wrench_of(&one))?) / UNIT_LOAD;
+        compliance.set_column(c, &per_load);
+    }
+    let Wrench { force: f, moment: m } = row.wrench;
+    Some(Deflected { moved, wrench: Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z), compliance })
+}
+
 impl Deflections {
     /// `None` where the log does not tell.
-    pub fn of(log: &Log, rows: &[LogRow], robot: &Robot<f64>) -> Option<Self> {
+    pub(crate) fn of(log: &Log, rows: &[LogRow], robot: &Robot<f64>) -> Option<Self> {
         log.samples.force.as_ref()?;
-        let of_row = |row: &LogRow| {
-            let moved = movement(row, robot, &Wrench::zero())?;
-            let per = |c: usize| {
-                /// N or N·m.
-                const UNIT_LOAD: f64 = 1e3;
-                let mut one = Vector6::zeros();
-                one[c] = UNIT_LOAD;
-                Some((moved - movement(row, robot, &wrench_of(&one))?) / UNIT_LOAD)
-            };
-            let mut compliance = Matrix6::zeros();
-            for c in 0..6 {
-                compliance.set_column(c, &per(c)?);
-            }
-            let Wrench { force: f, moment: m } = row.wrench;
-            Some((
-                row.encoder,
-                Deflected { moved, wrench: Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z), compliance },
-            ))
-        };
-        let mut loaded: Vec<_> = rows.iter().filter_map(of_row).collect();
+        let deflected_at = |row: &LogRow| Some((row.encoder, deflected(row, robot)?));
+        let mut loaded: Vec<_> = rows.iter().filter_map(deflected_at).collect();
         let weld = log.kind == LogKind::Weld;
         let has_moments = log.samples.moment.is_some();
         let of_weld = || loaded.iter().map(|(_, row): &(_, Deflected)| row.wrench).collect();
@@ -88,7 +87,7 @@ impl Deflections {
     }
 
     /// All that several logs tell.
-    pub fn together<'d>(all: impl Iterator<Item = &'d Self>) -> Self {
+    pub(crate) fn together<'d>(all: impl Iterator<Item = &'d Self>) -> Self {
         let none = Self {
             rows: Vec::new(),
             squares: 0.0,
@@ -107,7 +106,7 @@ impl Deflections {
 
     /// Sum of squares that is left with the wrench read in some way, m²; the arm may give more or less
     /// than the model says.
-    pub fn left_by(&self, read: impl Fn(&Vector6<f64>) -> Vector6<f64>) -> f64 {
+    pub(crate) fn left_by(&self, read: impl Fn(&Vector6<f64>) -> Vector6<f64>) -> f64 {
         let (mut across, mut given) = (0.0, 0.0);
         for row in &self.rows {
             let by = row.compliance * read(&row.wrench);
@@ -120,7 +119,7 @@ impl Deflections {
     }
 
     /// Root mean square of a sum of squares.
-    pub fn root(&self, sum: f64) -> f64 {
+    pub(crate) fn root(&self, sum: f64) -> f64 {
         (sum.max(0.0) / self.rows.len() as f64).sqrt()
     }
 }

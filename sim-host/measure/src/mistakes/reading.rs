@@ -29,7 +29,7 @@ pub(super) enum EncoderReading {
 }
 
 impl EncoderReading {
-    pub fn of(self, read: &JointVector<f64>) -> JointVector<f64> {
+    pub(crate) fn of(self, read: &JointVector<f64>) -> JointVector<f64> {
         let mut q = *read;
         match self {
             Self::Plain => {}
@@ -122,7 +122,7 @@ pub(super) struct Best {
 }
 
 impl Best {
-    pub fn take(&mut self, other: Option<ExplainedReading>) {
+    pub(crate) fn take(&mut self, other: Option<ExplainedReading>) {
         let other = other.filter(|e| e.left < self.limit);
         if let Some(other) = other
             && self.found.is_none_or(|best| other.left < 0.5 * best.left)

@@ -133,28 +133,37 @@ fn slopes(log: &Log, levels: &NoiseLevels, model: &BaselineModel) -> Option<Vec<
     let residual = experiment.predict(model, &[], None).ok()?.residual;
     let samples = &log.samples;
     let (positions, rotations) = (samples.position.as_ref()?, samples.rotation.as_ref());
-    let row = |compared: &Compared| {
-        let position = positions[compared.row];
+    let slope = |compared: &Compared| {
         let read = rotations.map(|r| r[compared.row]).filter(|r| r.sum().is_finite());
         let nominal = || model.robot.forward_kinematics(&samples.encoder[compared.row]).rotation;
         let rotation = read.map_or_else(nominal, |r| rotation_from_vector(&r));
-        let axis = || Vector3::ith(usize::from(compared.component), 1.0);
-        let mut slope = SVector::<f64, REGISTRATION_NUMBERS>::zeros();
-        match compared.quantity {
-            ComparedQuantity::Position => {
-                slope.fixed_rows_mut::<3>(0).copy_from(&axis());
-                slope.fixed_rows_mut::<3>(3).copy_from(&(skew(&position) * axis()));
-                slope.fixed_rows_mut::<3>(6).copy_from(&rotation.tr_mul(&axis()));
-            }
-            ComparedQuantity::Rotation => {
-                slope.fixed_rows_mut::<3>(3).copy_from(&(rotation * axis()));
-                slope.fixed_rows_mut::<3>(9).copy_from(&axis());
-            }
-            _ => return None,
-        }
-        slope /= compared.deviation;
-        slope.sum().is_finite().then_some(slope)
+        registration_slope(compared, &positions[compared.row], &rotation)
     };
     let rows = experiment.compared.iter().zip(residual);
-    Some(rows.filter_map(|(compared, residual)| Some((row(compared)?, residual))).collect())
+    Some(rows.filter_map(|(compared, residual)| Some((slope(compared)?, residual))).collect())
+}
+
+/// Slope of one component of a pose by frame and tool's offset, over its noise; `None` of another
+/// quantity, or where the pose was not read. `position` in B, m; `rotation`: of T in B.
+fn registration_slope(
+    compared: &Compared,
+    position: &Vector3<f64>,
+    rotation: &Matrix3<f64>,
+) -> Option<SVector<f64, REGISTRATION_NUMBERS>> {
+    let axis = Vector3::ith(usize::from(compared.component), 1.0);
+    let mut slope = SVector::<f64, REGISTRATION_NUMBERS>::zeros();
+    match compared.quantity {
+        ComparedQuantity::Position => {
+            slope.fixed_rows_mut::<3>(0).copy_from(&axis);
+            slope.fixed_rows_mut::<3>(3).copy_from(&(skew(position) * axis));
+            slope.fixed_rows_mut::<3>(6).copy_from(&rotation.tr_mul(&axis));
+        }
+        ComparedQuantity::Rotation => {
+            slope.fixed_rows_mut::<3>(3).copy_from(&(rotation * axis));
+            slope.fixed_rows_mut::<3>(9).copy_from(&axis);
+        }
+        _ => return None,
+    }
+    slope /= compared.deviation;
+    slope.sum().is_finite().then_some(slope)
 }

@@ -19,39 +19,39 @@ pub(super) struct ProductSums {
 }
 
 impl ProductSums {
-    pub fn of(pairs: impl Iterator<Item = (f64, f64)>) -> Self {
+    pub(crate) fn of(pairs: impl Iterator<Item = (f64, f64)>) -> Self {
         pairs.filter(|(x, y)| x.is_finite() && y.is_finite()).fold(Self::default(), |s, (x, y)| {
             Self { count: s.count + 1, xx: s.xx + x * x, xy: s.xy + x * y, yy: s.yy + y * y }
         })
     }
 
     /// Measured per predicted.
-    pub fn slope(&self) -> f64 {
+    pub(crate) fn slope(&self) -> f64 {
         self.xy / self.xx
     }
 
     /// Standard deviation of the slope, of independent errors.
-    pub fn slope_deviation(&self) -> f64 {
+    pub(crate) fn slope_deviation(&self) -> f64 {
         let errors = self.left(self.slope()).max(0.0) / self.count.max(1) as f64;
         (errors / self.xx).sqrt()
     }
 
-    pub fn correlation(&self) -> f64 {
+    pub(crate) fn correlation(&self) -> f64 {
         self.xy / (self.xx * self.yy).sqrt()
     }
 
     /// Sum of squares that is left of the measured with the predicted taken so many times.
-    pub fn left(&self, factor: f64) -> f64 {
+    pub(crate) fn left(&self, factor: f64) -> f64 {
         self.yy - 2.0 * factor * self.xy + factor * factor * self.xx
     }
 
     /// Root mean square of a sum of squares.
-    pub fn root(&self, sum: f64) -> f64 {
+    pub(crate) fn root(&self, sum: f64) -> f64 {
         (sum.max(0.0) / self.count.max(1) as f64).sqrt()
     }
 
     /// Larger root mean square of both.
-    pub fn size(&self) -> f64 {
+    pub(crate) fn size(&self) -> f64 {
         self.root(self.xx.max(self.yy))
     }
 }

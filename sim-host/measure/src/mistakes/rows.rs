@@ -38,7 +38,7 @@ pub(super) struct LogRow {
 
 impl LogRow {
     /// Rows of a log that stand for all of it.
-    pub fn of(log: &Log) -> Vec<Self> {
+    pub(crate) fn of(log: &Log) -> Vec<Self> {
         let s = &log.samples;
         let n = s.time.len();
         let moving = log.kind != LogKind::StaticLoad;
@@ -99,7 +99,11 @@ impl LogRow {
     }
 
     /// The row with the tool where a robot with these encoder angles stands under its load.
-    pub fn pose_pair(&self, robot: &Robot<f64>, encoder: &JointVector<f64>) -> Option<PosePair> {
+    pub(crate) fn pose_pair(
+        &self,
+        robot: &Robot<f64>,
+        encoder: &JointVector<f64>,
+    ) -> Option<PosePair> {
         let mut nominal = robot.deflected(encoder, &self.load(robot, encoder), 2).real;
         nominal.position += nominal.rotation * self.point;
         Some(PosePair { nominal, position: self.position?, rotation: self.rotation })
@@ -111,7 +115,7 @@ impl LogRow {
     }
 
     /// A mass at a place from the flange, in axes of the last link, as a wrench at the TCP in T.
-    pub fn weight(
+    pub(crate) fn weight(
         &self,
         robot: &Robot<f64>,
         encoder: &JointVector<f64>,
@@ -129,7 +133,7 @@ impl LogRow {
     }
 
     /// What the motors need for this motion without a load at the tool, N·m.
-    pub fn motor_torque(
+    pub(crate) fn motor_torque(
         &self,
         robot: &Robot<f64>,
         [encoder, rate, acceleration]: [&JointVector<f64>; 3],
@@ -149,7 +153,7 @@ impl LogRow {
     }
 
     /// As it was read.
-    pub fn motion(&self) -> [&JointVector<f64>; 3] {
+    pub(crate) fn motion(&self) -> [&JointVector<f64>; 3] {
         [&self.encoder, &self.rate, &self.acceleration]
     }
 }
@@ -167,7 +171,7 @@ pub(super) struct TorqueParts {
 
 impl TorqueParts {
     /// All of it.
-    pub fn sum(&self) -> JointVector<f64> {
+    pub(crate) fn sum(&self) -> JointVector<f64> {
         self.held + self.inertia + self.friction
     }
 }

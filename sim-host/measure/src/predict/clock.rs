@@ -39,7 +39,7 @@ pub(super) struct OpenClock {
 impl OpenClock {
     /// Of a log of which these rows are compared, value by value. `None` where the tracker's clock is
     /// given, or rows are at rest.
-    pub fn of(log: &Log, rows: impl Iterator<Item = usize>) -> Option<Self> {
+    pub(crate) fn of(log: &Log, rows: impl Iterator<Item = usize>) -> Option<Self> {
         let clock = log.origin.clocks.iter().find(|clock| clock.fitted.is_some())?;
         let time = &log.samples.time;
         let (first, last) = (*time.first()?, *time.last()?);
@@ -57,7 +57,7 @@ impl OpenClock {
     /// By how much the tracker is later than its clock says, s, in the middle of the log and more at
     /// its end: what fits these residuals best, where they are `late` with a delay of
     /// [`DELAY_STEP`]. Residuals are then those with this clock.
-    pub fn settle(&self, residual: &mut [f64], late: &[f64]) -> Option<[f64; 2]> {
+    pub(crate) fn settle(&self, residual: &mut [f64], late: &[f64]) -> Option<[f64; 2]> {
         let slope = |k: usize| {
             let slope = (late[k] - residual[k]) / DELAY_STEP;
             Vector2::new(slope, slope * self.place[k]).component_mul(&self.deviation)

@@ -282,7 +282,7 @@ pub fn of_each_log(
 }
 
 /// The comparison that predictions of all logs make.
-pub fn of_predictions(
+pub(crate) fn of_predictions(
     logs: &[Log],
     experiments: &[PreparedLog],
     predictions: &[Prediction],

@@ -1,15 +1,15 @@
 //! A certification.
 
 use super::finite;
+use crate::CertifyReport;
 use crate::words::certify::{short_numbers, weak};
 use crate::words::requirement::reason;
-use crate::{CertifiedWeld, CertifyReport};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use trueweld_evaluate::certify::{
-    AcceptedFault, DriveUse, Evidence, FaultTrial, LimitedFigure, RareFailure, Requirement,
-    SampledCell, Sensitivity, Trial, Verdict, WeakPoint, drawn_figure,
+    AcceptedFault, CertifiedWeld, DriveUse, Evidence, FaultTrial, LimitedFigure, RareFailure,
+    Requirement, SampledCell, Sensitivity, Trial, Verdict, WeakPoint, drawn_figure,
 };
 use trueweld_evaluate::margins::{CHANNEL_NAMES, Condition, Margin, Margins};
 use trueweld_evaluate::{

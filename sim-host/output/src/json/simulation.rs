@@ -149,37 +149,40 @@ pub struct JudgedFigureResult {
 
 impl WeldResult {
     pub(crate) fn of(report: &WeldReport<'_>) -> Self {
-        let run = |run: &WeldRun| {
-            let WeldRun { recording, figures, .. } = run;
-            WeldRunResult {
-                weld: recording.weld.clone(),
-                controller: recording.controller.to_owned(),
-                compensator: recording.compensator.clone(),
-                seed: recording.seed,
-                lateral_m: figures.lateral,
-                longitudinal_m: figures.longitudinal,
-                depth_m: figures.depth,
-                tilt_rad: figures.tilt,
-                force_n: figures.force,
-                joint_share: figures.joint_share.as_slice().to_vec(),
-                half_pin_m: recording.half_pin,
-                lateral_before_m: figures.lateral_before,
-                limited_rows: figures.limited_rows,
-                first_limit: figures.first_limit.map(FirstLimitResult::of),
-                limits: LimitSpanResult::all(&figures.limits, recording),
-                drives: figures.drives.to_vec(),
-                at_limit_s: figures.at_limit,
-                health: HealthWarningResult::all(figures, recording),
-                verdict: if figures.is_met() { "pass" } else { "fail" }.to_owned(),
-                judged: figures.judged.iter().map(JudgedFigureResult::of).collect(),
-                simulated_s: recording.simulated,
-                wall_s: recording.wall,
-            }
-        };
         Self {
             schema: "weld-result/1".to_owned(),
             provenance: report.provenance.clone(),
-            runs: report.runs.iter().map(run).collect(),
+            runs: report.runs.iter().map(WeldRunResult::of).collect(),
+        }
+    }
+}
+
+impl WeldRunResult {
+    fn of(run: &WeldRun) -> Self {
+        let WeldRun { recording, figures, .. } = run;
+        Self {
+            weld: recording.weld.clone(),
+            controller: recording.controller.to_owned(),
+            compensator: recording.compensator.clone(),
+            seed: recording.seed,
+            lateral_m: figures.lateral,
+            longitudinal_m: figures.longitudinal,
+            depth_m: figures.depth,
+            tilt_rad: figures.tilt,
+            force_n: figures.force,
+            joint_share: figures.joint_share.as_slice().to_vec(),
+            half_pin_m: recording.half_pin,
+            lateral_before_m: figures.lateral_before,
+            limited_rows: figures.limited_rows,
+            first_limit: figures.first_limit.map(FirstLimitResult::of),
+            limits: LimitSpanResult::all(&figures.limits, recording),
+            drives: figures.drives.to_vec(),
+            at_limit_s: figures.at_limit,
+            health: HealthWarningResult::all(figures, recording),
+            verdict: if figures.is_met() { "pass" } else { "fail" }.to_owned(),
+            judged: figures.judged.iter().map(JudgedFigureResult::of).collect(),
+            simulated_s: recording.simulated,
+            wall_s: recording.wall,
         }
     }
 }

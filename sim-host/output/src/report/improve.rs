@@ -5,7 +5,7 @@ use super::Report;
 use super::diagnose::evidence;
 use super::residuals::{BEFORE_AND_AFTER_COLUMNS, before_and_after, score_bar};
 use crate::ImproveReport;
-use crate::document::{Block, Document, Medium, Table, number, words};
+use crate::document::{Block, Document, Medium, Table, TableCell, number, words};
 use crate::json::{ImproveResult, PosteriorNumber};
 use crate::samples::{self, BlockTable};
 use crate::words::diagnose::{CURVES, INCOMPLETE_HEADING, remains, undone};
@@ -115,26 +115,8 @@ impl ImproveReport<'_> {
 
     /// Every number that the logs measure, with every calibration free beside it.
     fn posterior(&self) -> Table {
-        let row = |n: PosteriorNumber| {
-            let name = match n.at.as_str() {
-                "" => format!("{}: {}", n.effect, n.parameter),
-                at => format!("{} at {at}: {}", n.effect, n.parameter),
-            };
-            let between =
-                if n.between_logs > 0.0 { digits(n.between_logs, 2) } else { String::new() };
-            let interval = format!("{} to {}", digits(n.low, 3), digits(n.high, 3));
-            let bound = if n.at_bound { "at the bound" } else { "" };
-            vec![
-                words(name),
-                number(digits(n.value, 3)),
-                number(interval),
-                number(between),
-                words(n.unit),
-                words(bound),
-            ]
-        };
         let numbers = |of| PosteriorNumber::all(of, &self.model.robot);
-        let rows = self.posterior.map_or(Vec::new(), numbers).into_iter().map(row);
+        let rows = self.posterior.map_or(Vec::new(), numbers).into_iter().map(posterior_row);
         let numbers = ["value", "95 %", "± from log to log"].map(number);
         let head = [words("")].into_iter().chain(numbers).chain([words("unit"), words("")]);
         Table { head: vec![head.collect()], rows: rows.collect() }
@@ -157,6 +139,24 @@ impl ImproveReport<'_> {
         let head = vec![words(""), number("held-out score"), words("why not")];
         Table { head: vec![head], rows: rows.collect() }
     }
+}
+
+fn posterior_row(n: PosteriorNumber) -> Vec<TableCell> {
+    let name = match n.at.as_str() {
+        "" => format!("{}: {}", n.effect, n.parameter),
+        at => format!("{} at {at}: {}", n.effect, n.parameter),
+    };
+    let between = if n.between_logs > 0.0 { digits(n.between_logs, 2) } else { String::new() };
+    let interval = format!("{} to {}", digits(n.low, 3), digits(n.high, 3));
+    let bound = if n.at_bound { "at the bound" } else { "" };
+    vec![
+        words(name),
+        number(digits(n.value, 3)),
+        number(interval),
+        number(between),
+        words(n.unit),
+        words(bound),
+    ]
 }
 
 #[cfg(test)]

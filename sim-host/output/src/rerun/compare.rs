@@ -41,7 +41,7 @@ pub(super) struct ShownLog<'a> {
 
 impl<'a> ShownLog<'a> {
     /// All logs of a comparison; `after`: under a better model, in the same order, or none.
-    pub fn all(logs: &'a [LogComparison], after: &'a [LogComparison]) -> Vec<Self> {
+    pub(crate) fn all(logs: &'a [LogComparison], after: &'a [LogComparison]) -> Vec<Self> {
         let plain = |c: char| {
             if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }
         };
@@ -58,7 +58,7 @@ impl<'a> ShownLog<'a> {
     }
 
     /// Middle of the tool's way as the model has it, and how far from there it reaches.
-    pub fn place(&self) -> Option<(Vector3<f64>, f64)> {
+    pub(crate) fn place(&self) -> Option<(Vector3<f64>, f64)> {
         let way = way(self.log)?;
         let [first, _] = way.first()?;
         let (low, high) =
@@ -67,17 +67,17 @@ impl<'a> ShownLog<'a> {
     }
 
     /// Score of the tracked positions.
-    pub fn way_score(&self) -> Option<f64> {
+    pub(crate) fn way_score(&self) -> Option<f64> {
         self.log.channels.iter().find(|c| c.name == "tcp_position").map(|c| c.score)
     }
 
     /// Entity of a channel's difference.
-    pub fn difference(&self, channel: &str) -> String {
+    pub(crate) fn difference(&self, channel: &str) -> String {
         format!("/{}/difference/{channel}", self.root)
     }
 
     /// Title of a channel's plot.
-    pub fn title(&self, channel: &ChannelComparison) -> String {
+    pub(crate) fn title(&self, channel: &ChannelComparison) -> String {
         let unit = Scale::small(channel.unit).unit;
         let after = self.after.and_then(|log| log.channels.iter().find(|c| c.name == channel.name));
         let after = after.map_or(String::new(), |after| format!(" → {}", score(after.score)));

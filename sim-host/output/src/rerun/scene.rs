@@ -40,7 +40,7 @@ pub(super) struct DrawnSeam(Vec<(Vector3<f64>, Matrix3<f64>)>);
 
 impl DrawnSeam {
     /// From the nominal poses of a run.
-    pub fn of(rows: &[RecordRow]) -> Option<Self> {
+    pub(crate) fn of(rows: &[RecordRow]) -> Option<Self> {
         let (first, last) = (rows.first()?, rows.last()?);
         let places = if rows.iter().all(|row| row.axes == first.axes) { 1 } else { PATH_POINTS };
         let place = |k: usize| {
@@ -53,7 +53,7 @@ impl DrawnSeam {
     }
 
     /// As it was taught.
-    pub fn taught(seam: &trueweld_plant::simulate::Seam) -> Self {
+    pub(crate) fn taught(seam: &trueweld_plant::simulate::Seam) -> Self {
         let place = |k: usize| {
             let path = seam.length * k as f64 / PATH_POINTS as f64;
             (seam.nominal(path).position, seam.axes(path))
@@ -64,7 +64,7 @@ impl DrawnSeam {
     }
 
     /// Half way, m, and the axes of W there.
-    pub fn middle(&self) -> (Vector3<f64>, Matrix3<f64>) {
+    pub(crate) fn middle(&self) -> (Vector3<f64>, Matrix3<f64>) {
         let n = self.0.len();
         let ((a, _), (b, axes)) = (self.0[(n - 1) / 2], self.0[n / 2]);
         ((a + b) * 0.5, axes)

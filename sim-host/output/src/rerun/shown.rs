@@ -33,7 +33,7 @@ pub(super) enum Beside {
 
 impl<'a> DrawnRun<'a> {
     /// All runs, with names that tell them apart.
-    pub fn all(
+    pub(crate) fn all(
         recordings: impl Iterator<Item = &'a Recording>,
         names: &[String],
         beside: impl Fn(&Recording) -> Beside,
@@ -53,7 +53,7 @@ impl<'a> DrawnRun<'a> {
     }
 
     /// The timelines of some rows, which are all on the seam or all off it.
-    pub fn times(&self, picked: impl Iterator<Item = usize> + Clone) -> Vec<TimeColumn> {
+    pub(crate) fn times(&self, picked: impl Iterator<Item = usize> + Clone) -> Vec<TimeColumn> {
         let rows = &self.recording.rows;
         let mut times =
             vec![TimeColumn::new_duration_secs("time", picked.clone().map(|k| rows[k].time))];

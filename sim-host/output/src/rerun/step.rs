@@ -28,7 +28,7 @@ pub(super) struct SetPointStep {
 
 impl SetPointStep {
     /// From the first run. `None` where it has no push asked for on both sides of `at`.
-    pub fn of(shown: &[DrawnRun], at: f64) -> Option<Self> {
+    pub(crate) fn of(shown: &[DrawnRun], at: f64) -> Option<Self> {
         let DrawnRun { recording, .. } = shown.first()?;
         let last = recording.rows.last()?;
         let goal = last.force_desired?;

@@ -67,7 +67,7 @@ struct StoreState {
 
 impl<W: Write> Writer<W> {
     /// Begins a recording of this identifier.
-    pub fn new(
+    pub(crate) fn new(
         mut file: W,
         recording_id: &str,
         live: Option<Listener>,
@@ -98,7 +98,7 @@ impl<W: Write> Writer<W> {
     }
 
     /// Makes the layout written so far the one that the viewer opens with.
-    pub fn activate_layout(&mut self) -> Result<(), RecordError> {
+    pub(crate) fn activate_layout(&mut self) -> Result<(), RecordError> {
         let blueprint_id = self.stores[Store::Layout as usize].id.clone();
         let command =
             BlueprintActivationCommand { blueprint_id, make_active: true, make_default: true };
@@ -106,7 +106,7 @@ impl<W: Write> Writer<W> {
     }
 
     /// Something that holds at all times.
-    pub fn fixed(
+    pub(crate) fn fixed(
         &mut self,
         store: Store,
         entity: &str,
@@ -116,7 +116,7 @@ impl<W: Write> Writer<W> {
     }
 
     /// Something that holds from one instant on.
-    pub fn one(
+    pub(crate) fn one(
         &mut self,
         store: Store,
         entity: &str,
@@ -132,7 +132,7 @@ impl<W: Write> Writer<W> {
     }
 
     /// A chunk of `rows` rows of the recording.
-    pub fn columns(
+    pub(crate) fn columns(
         &mut self,
         entity: &str,
         rows: usize,
@@ -149,7 +149,7 @@ impl<W: Write> Writer<W> {
     }
 
     /// Ends the file with the catalogue of its chunks.
-    pub fn finish(mut self) -> Result<(), RecordError> {
+    pub(crate) fn finish(mut self) -> Result<(), RecordError> {
         let mut footers = Vec::new();
         for store in self.stores.into_iter().filter(|s| s.chunks > 0) {
             let mut manifest = store.catalogue.build(store.id.clone()).map_err(refused)?;

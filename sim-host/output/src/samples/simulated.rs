@@ -2,13 +2,13 @@
 //! And what comparisons of laws and certifications consist of: a row for every weld.
 
 use super::{BlockTable, ColumnValues};
+use crate::LawsReport;
 use crate::path::travelled;
 use crate::words::laws::{axis, label};
-use crate::{CertifiedWeld, LawsReport};
 use nalgebra::Rotation3;
 use std::borrow::Cow;
 use trueweld_core::{JOINTS, JointVector, Pose};
-use trueweld_evaluate::certify::{EvidenceKind, FAULT_FIGURES, FigureValues, Trial};
+use trueweld_evaluate::certify::{CertifiedWeld, EvidenceKind, FAULT_FIGURES, FigureValues, Trial};
 use trueweld_evaluate::{Figure, WELD_FIGURES, WeldFigures};
 use trueweld_plant::simulate::{RecordRow, Recording};
 

@@ -2,11 +2,11 @@
 
 use super::requirement::{label, reason, shown, under};
 use super::{Scale, condensed, counted, digits, fixed, listed, score, share};
-use crate::{CertifiedWeld, CertifyReport, WeldPlan};
+use crate::CertifyReport;
 use trueweld_evaluate::WELD_PHASES;
 use trueweld_evaluate::certify::{
-    AcceptedFault, Evidence, EvidenceKind, FaultTrial, Reason, Requirement, SampledCell,
-    Sensitivity, ShownKind, Trend, Trial, Verdict, WeakPoint,
+    AcceptedFault, CertifiedWeld, Evidence, EvidenceKind, FaultTrial, Reason, Requirement,
+    SampledCell, Sensitivity, ShownKind, Trend, Trial, Verdict, WeakPoint, WeldPlan,
 };
 use trueweld_evaluate::{Distribution, UncertainCell};
 use trueweld_measure::residuals::compare::NOISE_FLOOR_SCORE;
@@ -59,27 +59,25 @@ pub(crate) fn verdict(report: &CertifyReport<'_>) -> String {
 /// What is weak although no requirement forbids it, in short: margins below what is customary, and
 /// searched cells beyond a limit.
 pub(crate) fn weak(report: &CertifyReport<'_>) -> Vec<String> {
-    let of_weld = |weld: &CertifiedWeld| {
-        let of = match report.welds.len() {
-            1 => String::new(),
-            _ => format!(" on weld {}", weld.name),
-        };
-        let margin = |at: &WeakPoint| {
-            format!("{} {} of {}{of}", label(at.name), shown(at.name, at.least), at.channel)
-        };
-        let worst = &weld.evidence.worst;
-        let searched = (worst.beyond > 0).then(|| {
-            let farthest = match &worst.worst {
-                Some(Trial { failed: Some(_), .. }) => {
-                    "in the worst the weld is not made".to_owned()
-                }
-                _ => format!("{} up to {} of its limit", label(worst.name), share(worst.of_limit)),
-            };
-            format!("{} of {} beyond a limit{of}, {farthest}", worst.beyond, searched(weld))
-        });
-        weld.weak_points.iter().map(margin).chain(searched).collect::<Vec<_>>()
+    let named = report.welds.len() > 1;
+    report.welds.iter().flat_map(|weld| weak_of_weld(weld, named)).collect()
+}
+
+/// The same of one weld, with its name where there are several.
+fn weak_of_weld(weld: &CertifiedWeld, named: bool) -> Vec<String> {
+    let of = if named { format!(" on weld {}", weld.name) } else { String::new() };
+    let margin = |at: &WeakPoint| {
+        format!("{} {} of {}{of}", label(at.name), shown(at.name, at.least), at.channel)
     };
-    report.welds.iter().flat_map(of_weld).collect()
+    let worst = &weld.evidence.worst;
+    let searched = (worst.beyond > 0).then(|| {
+        let farthest = match &worst.worst {
+            Some(Trial { failed: Some(_), .. }) => "in the worst the weld is not made".to_owned(),
+            _ => format!("{} up to {} of its limit", label(worst.name), share(worst.of_limit)),
+        };
+        format!("{} of {} beyond a limit{of}, {farthest}", worst.beyond, searched(weld))
+    });
+    weld.weak_points.iter().map(margin).chain(searched).collect()
 }
 
 /// How many cells were searched.

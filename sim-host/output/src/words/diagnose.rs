@@ -410,7 +410,11 @@ pub(crate) const INCOMPLETE_HEADING: &str = "Left undone";
 
 /// What there was no time for, and fits that did not converge, a sentence each.
 pub(crate) fn undone(all: &[Incomplete], robot: &RobotFile) -> Vec<String> {
-    let sentence = |undone: &Incomplete| match undone {
+    all.iter().map(|incomplete| left_undone(incomplete, robot)).collect()
+}
+
+fn left_undone(incomplete: &Incomplete, robot: &RobotFile) -> String {
+    match incomplete {
         Incomplete::Search => "Not every effect was looked for: the time was up.".to_owned(),
         Incomplete::Fits(1) => {
             "The fit of a likely effect was left out: the time was up.".to_owned()
@@ -434,8 +438,7 @@ pub(crate) fn undone(all: &[Incomplete], robot: &RobotFile) -> Vec<String> {
             };
             format!("The fit of {of} used all its steps and did not converge.")
         }
-    };
-    all.iter().map(sentence).collect()
+    }
 }
 
 /// What is left that the residual follows, a sentence each.
@@ -502,7 +505,10 @@ mod tests {
         parts.diagnosis.chosen = vec![parts.diagnosis.null.clone()];
         parts.diagnosis.calibration = calibration;
         let partly = parts.diagnosed().headline();
-        assert!(partly.contains("Correcting it lowers the score from 3.79 to 2.90. No effect"), "{partly}");
+        assert!(
+            partly.contains("Correcting it lowers the score from 3.79 to 2.90. No effect"),
+            "{partly}"
+        );
         assert!(
             partly
                 .contains("The best partial explanation, backlash at A5, brings the score to 2.50"),

@@ -248,7 +248,7 @@ pub fn mistake(mistake: &Mistake, joints: &[String]) -> [String; 2] {
 }
 
 /// A tracker that was registered, in a sentence without its full stop.
-pub fn registered(registered: &Registered) -> String {
+pub(crate) fn registered(registered: &Registered) -> String {
     let registration = &registered.registration;
     let frame = &registration.mounting.frame;
     let angle = rotation_vector(&frame.rotation).norm();

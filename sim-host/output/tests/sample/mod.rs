@@ -3,7 +3,7 @@
 //! simulation.
 
 // Each test uses its part of it.
-#![allow(dead_code)]
+#![allow(dead_code, unreachable_pub)]
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::sync::LazyLock;
@@ -15,9 +15,9 @@ use trueweld_core::{
     ToolParameters, Twist, Wrench,
 };
 use trueweld_evaluate::certify::{
-    Evidence, FAULT_FIGURES, FaultTrial, Influence, LimitedFigure, Oscillation, SampledCell,
-    Sensitivity, ShownKind, ShownRun, Symptoms, Trend, Trial, WorstCase, accepted_faults, judge,
-    weak_points,
+    CertifiedWeld, Evidence, FAULT_FIGURES, FaultTrial, Influence, LimitedFigure, Oscillation,
+    SampledCell, Sensitivity, ShownKind, ShownRun, Symptoms, Trend, Trial, WeldPlan, WorstCase,
+    accepted_faults, judge, weak_points,
 };
 use trueweld_evaluate::laws::{
     LawComparison, NoFigures, ScenarioChange, ScenarioSweep, VariedQuantity,
@@ -42,7 +42,7 @@ use trueweld_measure::residuals::compare::{
 use trueweld_measure::residuals::localize::{
     Category, ConditionBin, ConditionCurve, Finding, MapAxis, ResidualMap, RowCondition, Statistic,
 };
-use trueweld_output::{CertifiedWeld, CertifyReport, DiagnoseReport, StepRun, WeldPlan, WeldRun};
+use trueweld_output::{CertifyReport, DiagnoseReport, StepRun, WeldRun};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::{

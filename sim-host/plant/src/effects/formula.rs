@@ -9,7 +9,7 @@ use crate::robot::{Channel, JointState, Port, ProcessPoint, Readings, Term, Valu
 use nalgebra::Vector3;
 
 /// Most parameters of one effect.
-pub const MOST_PARAMETERS: usize = 16;
+pub(crate) const MOST_PARAMETERS: usize = 16;
 
 /// Rate to either side over which the slope of friction is taken, rad/s: far below any over which
 /// friction turns round, and far above rounding.

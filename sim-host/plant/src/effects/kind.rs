@@ -38,7 +38,7 @@ pub enum Action {
 }
 
 /// Torque on a link, N·m, by the values of an effect's parameters.
-pub type LinkTorque = fn(values: &[f64], at: &JointState) -> f64;
+pub(crate) type LinkTorque = fn(values: &[f64], at: &JointState) -> f64;
 
 /// A torque on a link with its values.
 #[derive(Debug)]
@@ -95,10 +95,10 @@ pub struct EffectKind {
 }
 
 /// The numbers of a robot's own that an effect's parameters add to, of the joint from 0.
-pub type OwnNumbers = fn(robot: &RobotParameters<f64>, joint: usize) -> Vec<f64>;
+pub(crate) type OwnNumbers = fn(robot: &RobotParameters<f64>, joint: usize) -> Vec<f64>;
 
 /// Draws a place and values of an effect for a simulated campaign.
-pub type DrawEffect = fn(&mut Draw<'_>) -> (Location, Vec<f64>);
+pub(crate) type DrawEffect = fn(&mut Draw<'_>) -> (Location, Vec<f64>);
 
 /// What is known beforehand of an effect that is a calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -57,7 +57,7 @@ fn remember(canonical: &Path, hash: Option<Hash>) {
 ///
 /// # Errors
 /// As [`open`].
-pub fn hash_of_file(path: &Path) -> Result<Hash, InputError> {
+pub(crate) fn hash_of_file(path: &Path) -> Result<Hash, InputError> {
     let known = |canonical: &Path| {
         let read = READ.lock().unwrap_or_else(PoisonError::into_inner);
         read.iter().find(|(path, _)| path == canonical).and_then(|(_, hash)| *hash)

@@ -32,9 +32,10 @@ pub use bounds::Bounds;
 pub use control::{CascadeGains, CompensationLimits, Control, ParallelGains};
 pub use document::TomlDocument;
 pub use error::{InputError, Source, printable};
+pub(crate) use file::hash_of_file;
 pub use file::{
-    InputReader, files_read, folder_of, hash_of_file, may_write_into, open, read_text,
-    remove_stale, write_atomically, write_atomically_with,
+    InputReader, files_read, folder_of, may_write_into, open, read_text, remove_stale,
+    write_atomically, write_atomically_with,
 };
 pub use model::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
 pub use nearest::{did_you_mean, nearest};

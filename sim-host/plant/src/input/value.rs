@@ -30,7 +30,7 @@ pub(super) struct TomlValue<'d> {
 }
 
 impl<'d> TomlValue<'d> {
-    pub fn entry(&self, index: usize, item: &'d Spanned<DeValue<'d>>) -> TomlValue<'d> {
+    pub(crate) fn entry(&self, index: usize, item: &'d Spanned<DeValue<'d>>) -> TomlValue<'d> {
         TomlValue {
             source: self.source,
             value: item.get_ref(),
@@ -40,7 +40,7 @@ impl<'d> TomlValue<'d> {
         }
     }
 
-    pub fn number(&self, bounds: Bounds<'_>, expected: &str) -> Result<f64, InputError> {
+    pub(crate) fn number(&self, bounds: Bounds<'_>, expected: &str) -> Result<f64, InputError> {
         let number = match self.value {
             DeValue::Integer(i) => {
                 i128::from_str_radix(i.as_str(), i.radix()).ok().map(|i| i as f64)
@@ -75,7 +75,7 @@ impl<'d> TomlValue<'d> {
         }
     }
 
-    pub fn unfilled(&self, expected: &str) -> InputError {
+    pub(crate) fn unfilled(&self, expected: &str) -> InputError {
         let message =
             format!("{} is still to be filled in: {}; expected {expected}", self.what, self.read());
         let help = format!(
@@ -85,7 +85,7 @@ impl<'d> TomlValue<'d> {
         self.source.error(self.span.clone(), message, "to be filled in", help)
     }
 
-    pub fn wrong(&self, expected: &str, help: impl Into<String>) -> InputError {
+    pub(crate) fn wrong(&self, expected: &str, help: impl Into<String>) -> InputError {
         let message = format!("{} is {}; expected {expected}", self.what, self.read());
         let span = if self.span.is_empty() { self.key_span.clone() } else { self.span.clone() };
         // What is long is said once, in the message.

@@ -49,7 +49,7 @@ impl Tolerance {
     clippy::too_many_arguments,
     reason = "the integrator's whole interface; used in one place"
 )]
-pub fn advance(
+pub(crate) fn advance(
     cell: &Cell,
     time: f64,
     state: &State,

@@ -167,7 +167,7 @@ impl StageMatrix {
 
 /// One step of `h` seconds from `state` at `time`, whose evaluation is `at`, with the motors'
 /// torque held. `None` where the state left the finite numbers.
-pub fn step(
+pub(crate) fn step(
     cell: &Cell,
     time: f64,
     state: &State,

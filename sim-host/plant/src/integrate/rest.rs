@@ -140,7 +140,7 @@ fn settle(
 ///
 /// # Errors
 /// [`EquilibriumError`] where the iteration does not converge.
-pub fn in_contact(cell: &Cell, motor: &JointVector<f64>) -> Result<Rest, EquilibriumError> {
+pub(crate) fn in_contact(cell: &Cell, motor: &JointVector<f64>) -> Result<Rest, EquilibriumError> {
     let at_rest = |link: &JointVector<f64>| {
         let y = cell.seam.across(&cell.robot.model.forward_kinematics(link).position);
         State::at_rest(link, motor, y)

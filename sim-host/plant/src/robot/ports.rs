@@ -296,7 +296,7 @@ pub(crate) fn remembers(term: &dyn Term) -> bool {
 }
 
 /// A term of a joint, with the slot of its own state if it keeps one.
-pub type JointTerm = (Box<dyn Term>, Option<usize>);
+pub(crate) type JointTerm = (Box<dyn Term>, Option<usize>);
 
 /// The terms of one cell, by port.
 #[derive(Debug, Default)]

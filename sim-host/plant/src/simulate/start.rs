@@ -234,7 +234,7 @@ pub(super) struct Start {
 }
 
 impl Start {
-    pub fn of(scenario: &Scenario<'_>, seam: &Seam) -> Result<Self, RunError> {
+    pub(crate) fn of(scenario: &Scenario<'_>, seam: &Seam) -> Result<Self, RunError> {
         let (model, planned) = (&scenario.cell.robot.model, scenario.controller_model);
         let link = start_angles(planned, seam)?;
         let link = real_inverse_near(model, planned, &seam.nominal(0.0), &link)

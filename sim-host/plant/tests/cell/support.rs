@@ -1,5 +1,8 @@
 //! The welding cell of the fixtures, for tests that span the plant.
 
+// Public in one of the crates that take it.
+#![allow(unreachable_pub)]
+
 use super::fixture;
 use nalgebra::Vector3;
 use trueweld_compensators::{Entry, find};

@@ -23,7 +23,7 @@ pub(super) struct BlockRows<B> {
 
 impl<B: Blocks> BlockRows<B> {
     /// Rows of a file that errors call `file`, with these columns.
-    pub fn new(file: String, names: Vec<String>, blocks: B) -> Self {
+    pub(crate) fn new(file: String, names: Vec<String>, blocks: B) -> Self {
         Self { file, names, blocks, block: Vec::new(), at: 0, number: 0 }
     }
 }

@@ -92,7 +92,7 @@ pub(super) fn most_of_form(column: usize) -> Option<f64> {
 }
 
 /// Number of the column with a name as in `[columns]`.
-pub fn channel_named(name: &str) -> Option<usize> {
+pub(crate) fn channel_named(name: &str) -> Option<usize> {
     (0..MAPPABLE_COLUMNS).find(|column| channel_name(*column) == name)
 }
 
@@ -195,7 +195,7 @@ pub(super) struct Binding {
 }
 
 impl Binding {
-    pub fn apply(&self, number: f64) -> f64 {
+    pub(crate) fn apply(&self, number: f64) -> f64 {
         let same = self.scale == 1.0 && self.shift == 0.0;
         if same { number } else { self.scale * number + self.shift }
     }
@@ -210,7 +210,7 @@ pub(super) struct Bound {
 impl Bound {
     /// Finds the columns of a file that are read: those of `[columns]`, and those named as in a
     /// plain log. `path`: how log.toml calls the file.
-    pub fn new(
+    pub(crate) fn new(
         rows: &dyn RowSource,
         path: &str,
         mapping: &[ColumnMapping],
@@ -285,7 +285,7 @@ pub(super) struct LogHeader {
 
 impl LogHeader {
     /// What all files of a log have together.
-    pub fn of(files: &[Bound]) -> Self {
+    pub(crate) fn of(files: &[Bound]) -> Self {
         let bound =
             |column: usize| files.iter().any(|f| f.bindings.iter().any(|b| b.column == column));
         let mut has: [bool; COUNT] = std::array::from_fn(bound);
@@ -302,27 +302,27 @@ impl LogHeader {
     }
 
     /// Rows are even and their period is stated: they need no time.
-    pub fn count_rows(&mut self) {
+    pub(crate) fn count_rows(&mut self) {
         self.has[TIME_COLUMN] = true;
     }
 
     /// True where the column is there.
-    pub fn has(&self, column: usize) -> bool {
+    pub(crate) fn has(&self, column: usize) -> bool {
         self.has[column]
     }
 
     /// Which columns of a channel are there.
-    pub fn which<const N: usize>(&self, channel: LogChannel) -> [bool; N] {
+    pub(crate) fn which<const N: usize>(&self, channel: LogChannel) -> [bool; N] {
         std::array::from_fn(|i| self.has(channel.columns().start + i))
     }
 
     /// True where a channel has any column.
-    pub fn has_channel(&self, channel: LogChannel) -> bool {
+    pub(crate) fn has_channel(&self, channel: LogChannel) -> bool {
         channel.columns().any(|column| self.has(column))
     }
 
     /// What is told about columns that are not read.
-    pub fn notices(&self, kind: LogKind) -> Vec<LogNotice> {
+    pub(crate) fn notices(&self, kind: LogKind) -> Vec<LogNotice> {
         let mut notices = Vec::new();
         if !self.unknown.is_empty() {
             notices.push(LogNotice::UnknownColumns(self.unknown.clone()));
@@ -336,7 +336,7 @@ impl LogHeader {
 
     /// A column that is another spelling or another unit of one that is not there would be lost
     /// silently.
-    pub fn refuse_near_misses(
+    pub(crate) fn refuse_near_misses(
         &self,
         rows: &dyn RowSource,
         kind: LogKind,
@@ -406,7 +406,7 @@ impl LogHeader {
 
     /// Checks that the log has what its kind needs. `file`: the only file of a plain log and its
     /// columns that are not known; of others errors stand in `log.toml`, under `place`.
-    pub fn require(
+    pub(crate) fn require(
         &self,
         kind: LogKind,
         file: Option<(&dyn RowSource, &Bound)>,

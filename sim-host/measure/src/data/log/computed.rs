@@ -90,25 +90,32 @@ pub(super) fn rigid(own: &FileTrack, seen: &FileTrack, robot: &RobotFile) -> Opt
         return None;
     }
     let rows = rows(own, seen, robot);
-    let judged = |channel: LogChannel, left: fn(&[&PoseRow], PoseOf) -> Option<f64>| {
-        let which = usize::from(channel == LogChannel::Rotation);
-        let there = |row: &&PoseRow| match which {
-            0 => row.seen.position.sum().is_finite(),
-            _ => row.seen.rotation.sum().is_finite(),
-        };
-        let rows: Vec<&PoseRow> = rows.iter().filter(there).collect();
-        let rounding: f64 = rows.iter().map(|row| row.rounding[which].powi(2)).sum();
-        let (seen, bent) = (left(&rows, |row| &row.seen)?, left(&rows, |row| &row.bent)?);
-        let mean = |square: f64| (square / rows.len() as f64).sqrt();
-        (seen <= rounding && bent > STIFFER.powi(2) * rounding).then(|| Rigid {
-            channel,
-            left: mean(seen),
-            bent: mean(bent),
-        })
+    rigid_channel(&rows, LogChannel::Position, position_left)
+        .or_else(|| rigid_channel(&rows, LogChannel::Position, position_left_fitted))
+        .or_else(|| rigid_channel(&rows, LogChannel::Rotation, rotation_left))
+}
+
+/// What of one channel agrees with a rigid robot to its rounding, where a robot that bends does not.
+/// `left`: the sum of squares that the channel leaves of the rigid poses.
+fn rigid_channel(
+    rows: &[PoseRow],
+    channel: LogChannel,
+    left: fn(&[&PoseRow], PoseOf) -> Option<f64>,
+) -> Option<Rigid> {
+    let which = usize::from(channel == LogChannel::Rotation);
+    let is_read = |row: &&PoseRow| match which {
+        0 => row.seen.position.sum().is_finite(),
+        _ => row.seen.rotation.sum().is_finite(),
     };
-    judged(LogChannel::Position, position_left)
-        .or_else(|| judged(LogChannel::Position, position_left_fitted))
-        .or_else(|| judged(LogChannel::Rotation, rotation_left))
+    let rows: Vec<&PoseRow> = rows.iter().filter(is_read).collect();
+    let rounding: f64 = rows.iter().map(|row| row.rounding[which].powi(2)).sum();
+    let (seen, bent) = (left(&rows, |row| &row.seen)?, left(&rows, |row| &row.bent)?);
+    let mean = |square: f64| (square / rows.len() as f64).sqrt();
+    (seen <= rounding && bent > STIFFER.powi(2) * rounding).then(|| Rigid {
+        channel,
+        left: mean(seen),
+        bent: mean(bent),
+    })
 }
 
 /// The rows that have every encoder.

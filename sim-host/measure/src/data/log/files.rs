@@ -51,7 +51,7 @@ pub(super) const KEYS: [&str; 4] = ["files", "clock", "columns", "reflectors"];
 
 impl ReadingPlan {
     /// Reads what the top level of a `log.toml` says.
-    pub fn read(root: &TomlTable<'_>, folder: &Path) -> Result<Self, InputError> {
+    pub(crate) fn read(root: &TomlTable<'_>, folder: &Path) -> Result<Self, InputError> {
         let files = if root.has("files") {
             root.tables("files")?
                 .iter()
@@ -80,7 +80,11 @@ impl ReadingPlan {
 
     /// Checks that every entry of `[columns]` was found in some file. `names`: the columns of
     /// every file.
-    pub fn all_found(&self, root: &TomlTable<'_>, names: &[&[String]]) -> Result<(), InputError> {
+    pub(crate) fn all_found(
+        &self,
+        root: &TomlTable<'_>,
+        names: &[&[String]],
+    ) -> Result<(), InputError> {
         for entry in &self.columns {
             let in_file = |(file, names): (&FileEntry, &&[String])| {
                 let rest = entry.header.strip_prefix(&file.written);

@@ -68,7 +68,7 @@ pub(super) struct Join<'a> {
 
 impl Join<'_> {
     /// Joins what was read. What a person should know goes into `notices`.
-    pub fn run(
+    pub(crate) fn run(
         &self,
         mut tracks: Vec<FileTrack>,
         notices: &mut Vec<LogNotice>,

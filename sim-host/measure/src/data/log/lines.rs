@@ -33,7 +33,7 @@ pub(super) struct LineReader<R> {
 
 impl<R: Read> LineReader<R> {
     /// Lines of a file that errors call `name`, with this byte between the fields.
-    pub fn new(name: String, input: R, delimiter: u8) -> Self {
+    pub(crate) fn new(name: String, input: R, delimiter: u8) -> Self {
         let mut parser = ReaderBuilder::new();
         parser.terminator(Terminator::Any(b'\n')).delimiter(delimiter);
         Self {
@@ -51,7 +51,7 @@ impl<R: Read> LineReader<R> {
     }
 
     /// Goes on to the next line that is not blank; false at the end of the file.
-    pub fn advance(&mut self) -> Result<bool, InputError> {
+    pub(crate) fn advance(&mut self) -> Result<bool, InputError> {
         loop {
             self.line.clear();
             let read = (&mut self.input)
@@ -159,17 +159,17 @@ impl<R: Read> LineReader<R> {
     }
 
     /// Number of the line, from 1.
-    pub fn number(&self) -> usize {
+    pub(crate) fn number(&self) -> usize {
         self.number
     }
 
     /// Number of fields in the line.
-    pub fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         self.ends.len()
     }
 
     /// A field without quotes and the blanks around it; empty past the last one.
-    pub fn field(&self, index: usize) -> &[u8] {
+    pub(crate) fn field(&self, index: usize) -> &[u8] {
         let Some(end) = self.ends.get(index) else {
             return &[];
         };
@@ -178,17 +178,17 @@ impl<R: Read> LineReader<R> {
     }
 
     /// The line without its ending.
-    pub fn line(&self) -> &[u8] {
+    pub(crate) fn line(&self) -> &[u8] {
         self.line.strip_suffix(b"\n").unwrap_or(&self.line)
     }
 
     /// True where the file ends within this line.
-    pub fn cut(&self) -> bool {
+    pub(crate) fn cut(&self) -> bool {
         self.cut
     }
 
     /// An error at a field; past the last one, at the line's end.
-    pub fn error_at(
+    pub(crate) fn error_at(
         &self,
         index: usize,
         message: impl Into<String>,
@@ -200,7 +200,7 @@ impl<R: Read> LineReader<R> {
     }
 
     /// An error at bytes of the line.
-    pub fn error(
+    pub(crate) fn error(
         &self,
         at: Range<usize>,
         message: impl Into<String>,
@@ -217,7 +217,11 @@ impl<R: Read> LineReader<R> {
     }
 
     /// An error of the file as a whole.
-    pub fn error_of_file(&self, message: impl Into<String>, help: impl Into<String>) -> InputError {
+    pub(crate) fn error_of_file(
+        &self,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> InputError {
         Source::new(&self.name, "").error_of_file(message, help)
     }
 }

@@ -43,7 +43,8 @@ mod time_of_day;
 mod track;
 pub mod units;
 
-pub use columns::{ColumnMapping, channel_name, channel_named, dimension};
+pub(crate) use columns::channel_named;
+pub use columns::{ColumnMapping, channel_name, dimension};
 pub use files::SAMPLES_FILE;
 pub use join::LogClock;
 pub use noise::{NoiseLevel, NoiseLevels};

@@ -152,14 +152,14 @@ impl Default for ColumnBuffer {
 
 impl ColumnBuffer {
     /// Some of the rows.
-    pub fn rows(&self, rows: Range<usize>) -> Self {
+    pub(crate) fn rows(&self, rows: Range<usize>) -> Self {
         let of = |column: &Option<Vec<f64>>| column.as_ref().map(|c| c[rows.clone()].to_vec());
         Self { time: self.time[rows.clone()].to_vec(), values: self.values.each_ref().map(of) }
     }
 
     /// Drops the channels that have no value in any row: ones that the laboratory does not have.
     /// Tells them in `notices`, or gives what is wrong where one of them is needed.
-    pub fn drop_empty(
+    pub(crate) fn drop_empty(
         &mut self,
         kind: LogKind,
         header: &LogHeader,

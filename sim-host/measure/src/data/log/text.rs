@@ -22,7 +22,7 @@ pub(super) struct Dialect {
 
 impl Dialect {
     /// Commas between the fields, dots in the numbers, a header in the first line.
-    pub const PLAIN: Self = Self { delimiter: b',', decimal: b'.', header: 1, rows: 2 };
+    pub(crate) const PLAIN: Self = Self { delimiter: b',', decimal: b'.', header: 1, rows: 2 };
 }
 
 impl Default for Dialect {
@@ -61,7 +61,7 @@ pub(super) fn decoded(field: &[u8]) -> Cow<'_, str> {
 
 impl<R: Read> TextRows<R> {
     /// Reads up to the header.
-    pub fn open(name: String, input: R, dialect: Dialect) -> Result<Self, InputError> {
+    pub(crate) fn open(name: String, input: R, dialect: Dialect) -> Result<Self, InputError> {
         let mut lines = LineReader::new(name, input, dialect.delimiter);
         let first = dialect.header.max(if dialect.header == 0 { dialect.rows } else { 1 });
         loop {

@@ -47,17 +47,17 @@ pub(super) struct FileTrack {
 
 impl FileTrack {
     /// Times, s.
-    pub fn time(&self) -> &[f64] {
+    pub(crate) fn time(&self) -> &[f64] {
         self.columns[TIME_COLUMN].as_deref().unwrap_or(&[])
     }
 
     /// True where it has all of these columns.
-    pub fn has(&self, mut columns: std::ops::Range<usize>) -> bool {
+    pub(crate) fn has(&self, mut columns: std::ops::Range<usize>) -> bool {
         columns.all(|column| self.columns[column].is_some())
     }
 
     /// One row of three columns; NaN where a column is not there.
-    pub fn vector(&self, first: usize, row: usize) -> nalgebra::Vector3<f64> {
+    pub(crate) fn vector(&self, first: usize, row: usize) -> nalgebra::Vector3<f64> {
         nalgebra::Vector3::from_fn(|i, _| {
             self.columns[first + i].as_ref().map_or(f64::NAN, |column| column[row])
         })
@@ -74,7 +74,7 @@ pub(super) struct Expected<'a> {
 
 impl Expected<'_> {
     /// Reads the rows of a file.
-    pub fn read(
+    pub(crate) fn read(
         &self,
         rows: &mut dyn RowSource,
         bound: &Bound,

@@ -119,7 +119,7 @@ fn clear(s: &mut [f64], of: &[f64], experiment: &PreparedLog, rows: usize) {
 
 impl Probe {
     /// Slopes of all residuals by the quantity, in its unit; `None` where no log shows it.
-    pub fn slopes(&self, ctx: &EvidenceContext<'_>) -> Option<Slopes> {
+    pub(crate) fn slopes(&self, ctx: &EvidenceContext<'_>) -> Option<Slopes> {
         let (mut slopes, size): (Slopes, f64) = match self {
             Self::Port { terms, at, unit: of, .. } => {
                 let mut sum: Option<Slopes> = None;
@@ -164,19 +164,19 @@ impl Probe {
     }
 
     /// The value of the effect that is asked for, as it was fitted.
-    pub fn value(&self, ctx: &EvidenceContext<'_>) -> Option<f64> {
+    pub(crate) fn value(&self, ctx: &EvidenceContext<'_>) -> Option<f64> {
         let Self::Own { parameter, .. } = self else {
             return None;
         };
         ctx.found.point.effect(ctx.of).values.get(*parameter).copied()
     }
 
-    pub fn sign(&self) -> f64 {
+    pub(crate) fn sign(&self) -> f64 {
         if let Self::Port { sign, .. } = self { *sign } else { 1.0 }
     }
 
     /// What is shown of it.
-    pub fn shown(&self) -> Ordinate {
+    pub(crate) fn shown(&self) -> Ordinate {
         match self {
             Self::Port { shown, .. } | Self::Own { shown, .. } | Self::Column { shown, .. } => {
                 *shown
@@ -184,7 +184,7 @@ impl Probe {
         }
     }
 
-    pub fn y_unit(&self, ctx: &EvidenceContext<'_>) -> &'static str {
+    pub(crate) fn y_unit(&self, ctx: &EvidenceContext<'_>) -> &'static str {
         match self {
             Self::Port { unit, .. } => unit,
             Self::Own { parameter, .. } => ctx

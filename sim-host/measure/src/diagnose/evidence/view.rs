@@ -28,7 +28,7 @@ pub(super) enum CurveShape {
 
 impl CurveShape {
     /// True for a row that belongs to the curve.
-    pub fn shows(self, log: usize, x: f64) -> bool {
+    pub(crate) fn shows(self, log: usize, x: f64) -> bool {
         match self {
             Self::Trace { log: own, from, to } => log == own && x >= from && x < to,
             _ => true,
@@ -49,7 +49,7 @@ const FOLDED: f64 = 4.0;
 
 impl View {
     /// How an effect is best shown.
-    pub fn of(effect: &Effect, ctx: &EvidenceContext<'_>) -> Self {
+    pub(crate) fn of(effect: &Effect, ctx: &EvidenceContext<'_>) -> Self {
         let (quantities, axes, shape) = match effect.kind.curve {
             Curve::Column => return Self::fallback(effect, ctx),
             Curve::SpindleOrders => {
@@ -67,7 +67,7 @@ impl View {
 
     /// The column that the effect mends most, over what it follows there; where the links swing, as
     /// it was recorded.
-    pub fn fallback(effect: &Effect, ctx: &EvidenceContext<'_>) -> Self {
+    pub(crate) fn fallback(effect: &Effect, ctx: &EvidenceContext<'_>) -> Self {
         let Some((log, quantity, component)) = most_improved(ctx) else {
             return Self { probes: Vec::new(), axes: Vec::new(), shape: CurveShape::Curve };
         };

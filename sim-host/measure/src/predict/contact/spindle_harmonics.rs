@@ -144,7 +144,7 @@ impl SpindleHarmonics {
     /// Closes the loop of contact and arm at every compared row, and shakes the tool with what
     /// comes of it. `encoder`: readings and their noise; `turning`: turns of the spindle a second;
     /// `band`, Hz, of the slow force.
-    pub fn new(
+    pub(crate) fn new(
         weld: &RecordedWeld,
         (encoder, level): (&[JointVector<f64>], &[NoiseLevel]),
         model: &BaselineModel,
@@ -300,7 +300,7 @@ impl SpindleHarmonics {
     /// By how much the spindle was ahead of the angles taken for it, rad: where the lines as they are
     /// `compared` fit the model's best, should they tell that it was not at 0. What comes with the
     /// motors' motion is as it was recorded, whatever the angle.
-    pub fn start_angle(
+    pub(crate) fn start_angle(
         &self,
         weld: &RecordedWeld,
         model: &BaselineModel,
@@ -346,7 +346,7 @@ impl SpindleHarmonics {
 
     /// Lists what is compared at these orders, with its noise. `level`: of the measured force;
     /// `encoder`: of the encoders.
-    pub fn compare(
+    pub(crate) fn compare(
         &mut self,
         weld: &RecordedWeld,
         model: &BaselineModel,
@@ -464,7 +464,7 @@ impl SpindleHarmonics {
     }
 
     /// Measured less predicted, N, where `still` is the force on a tool that does not shake.
-    pub fn residual(
+    pub(crate) fn residual(
         &self,
         weld: &RecordedWeld,
         robot: &ElasticRobot,

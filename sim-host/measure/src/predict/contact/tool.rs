@@ -75,7 +75,7 @@ pub(super) struct LoadedTool {
 
 impl RecordedWeld {
     /// The process of this log: the model's, turning as the spindle was recorded.
-    pub fn process(&self, model: &BaselineModel) -> Process {
+    pub(crate) fn process(&self, model: &BaselineModel) -> Process {
         let mut process = model.process.clone().unwrap_or_else(|| self.process.clone());
         process.spindle = self.process.spindle;
         process
@@ -83,7 +83,7 @@ impl RecordedWeld {
 
     /// Motion of the tool in the bands it is followed in. `robot`: whose sensor terms are undone;
     /// `late`: the tracker's delay, s; `memory`: the travel over which the channel follows, m.
-    pub fn tool(&self, robot: Option<&ElasticRobot>, late: f64, memory: f64) -> Vec<Tool> {
+    pub(crate) fn tool(&self, robot: Option<&ElasticRobot>, late: f64, memory: f64) -> Vec<Tool> {
         let n = self.angle.len();
         let read = |k: usize| {
             let at = |i: usize| match late {
@@ -137,7 +137,7 @@ impl RecordedWeld {
 
     /// Takes the tool's motion for what it likeliest was, where a reading of the tracker is known to
     /// `tracker`, m.
-    pub fn distrust(&mut self, tracker: f64) {
+    pub(crate) fn distrust(&mut self, tracker: f64) {
         let seen: Vec<Vector3<f64>> = self.motion.iter().map(|tool| tool.position).collect();
         let covariance = |lag: usize| tracker.powi(2) * self.followed.covariance(lag);
         self.likeliest = Some(WienerSmoother::of(&seen, self.stride(), covariance));
@@ -145,13 +145,13 @@ impl RecordedWeld {
     }
 
     /// How far the channel lags behind a tool on its way, across the seam, m; 0 for one at rest.
-    pub fn lag(&self, position: &Vector3<f64>, velocity: &Vector3<f64>) -> f64 {
+    pub(crate) fn lag(&self, position: &Vector3<f64>, velocity: &Vector3<f64>) -> f64 {
         lag(self.process.memory_length, position, velocity)
     }
 
     /// A series without what is slow in it: thousands of newtons that change slowly would show at
     /// every order, little as the filter lets through of what is far from it.
-    pub fn quick(&self, series: &[f64]) -> Vec<f64> {
+    pub(crate) fn quick(&self, series: &[f64]) -> Vec<f64> {
         let (n, stride) = (series.len(), self.stride());
         let slow: Vec<f64> = (0..n + stride)
             .step_by(stride)
@@ -165,18 +165,18 @@ impl RecordedWeld {
     }
 
     /// The same of every component.
-    pub fn quick_vectors(&self, series: &[Vector3<f64>]) -> [Vec<f64>; 3] {
+    pub(crate) fn quick_vectors(&self, series: &[Vector3<f64>]) -> [Vec<f64>; 3] {
         [0, 1, 2].map(|c| self.quick(&series.iter().map(|v| v[c]).collect::<Vec<f64>>()))
     }
 
     /// Samples between two that tell what is slow.
-    pub fn stride(&self) -> usize {
+    pub(crate) fn stride(&self) -> usize {
         (self.low.half() / 12).max(1)
     }
 
     /// A tool that carries the push measured around a row, its forces those of a mean over a turn: the
     /// noisy depth itself may have lost contact.
-    pub fn held(&self, process: &Process, row: usize) -> LoadedTool {
+    pub(crate) fn held(&self, process: &Process, row: usize) -> LoadedTool {
         let tool = &self.motion[row];
         let push = self.push(row).max(1.0);
         let position =
@@ -188,12 +188,12 @@ impl RecordedWeld {
     }
 
     /// Measured depth force around a row, N.
-    pub fn push(&self, row: usize) -> f64 {
+    pub(crate) fn push(&self, row: usize) -> f64 {
         self.low.at(0, |i| self.force[i].z.abs(), self.force.len(), row)
     }
 
     /// The process' force at every row, in W. `shake`: position and velocity, in W, of what the tool does beside the motion.
-    pub fn forces(
+    pub(crate) fn forces(
         &self,
         process: &Process,
         ports: &Ports,
@@ -222,7 +222,7 @@ impl RecordedWeld {
     /// spindle's frequency: as slow as that, a few values a second tell it. 1 where there is no
     /// contact to speak of. `reference`: the process' reference force, N; `measured`: in the sensor's
     /// axes; `predicted`: in W.
-    pub fn carried(
+    pub(crate) fn carried(
         &self,
         reference: f64,
         measured: &[Vector3<f64>],
@@ -244,13 +244,13 @@ impl RecordedWeld {
     }
 
     /// A force in W at a row, in the sensor's axes.
-    pub fn in_tool(&self, row: usize, force: &Vector3<f64>) -> Vector3<f64> {
+    pub(crate) fn in_tool(&self, row: usize, force: &Vector3<f64>) -> Vector3<f64> {
         self.rotation[row].tr_mul(&(self.axes[row] * force))
     }
 
     /// Variance of a component in the sensor's axes at a row, where those in W have these
     /// deviations.
-    pub fn turned(&self, deviations: &Vector3<f64>, row: usize, component: usize) -> f64 {
+    pub(crate) fn turned(&self, deviations: &Vector3<f64>, row: usize, component: usize) -> f64 {
         let turn = self.axes[row].tr_mul(&self.rotation[row]);
         (0..3).map(|j| (turn[(j, component)] * deviations[j]).powi(2)).sum()
     }

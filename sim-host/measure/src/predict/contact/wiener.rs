@@ -28,7 +28,11 @@ pub(super) struct WienerSmoother {
 
 impl WienerSmoother {
     /// What to keep of a smoothed series in which noise has this autocovariance, at lags in samples.
-    pub fn of(series: &[Vector3<f64>], stride: usize, covariance: impl Fn(usize) -> f64) -> Self {
+    pub(crate) fn of(
+        series: &[Vector3<f64>],
+        stride: usize,
+        covariance: impl Fn(usize) -> f64,
+    ) -> Self {
         let seldom = thinned(series, stride);
         let octaves = octaves(&seldom);
         let covariance: Vec<f64> =
@@ -51,7 +55,7 @@ impl WienerSmoother {
     }
 
     /// The same shares of another series, as long.
-    pub fn keep(&self, series: &mut [Vector3<f64>]) {
+    pub(crate) fn keep(&self, series: &mut [Vector3<f64>]) {
         let octaves = octaves(&thinned(series, self.stride));
         let taken = |k: usize| -> Vector3<f64> {
             let parts = octaves.iter().zip(&self.kept);

@@ -37,7 +37,7 @@ pub(super) struct Bins {
 
 impl Bins {
     /// The same with two bins each as one.
-    pub fn halved(&self) -> Self {
+    pub(crate) fn halved(&self) -> Self {
         Self {
             of: self.of.iter().map(|bin| bin.map(|b| b / 2)).collect(),
             count: self.count.div_ceil(2),
@@ -45,7 +45,7 @@ impl Bins {
     }
 
     /// The cells of two conditions: each bin of this one, then of the other.
-    pub fn across(&self, other: &Self) -> Self {
+    pub(crate) fn across(&self, other: &Self) -> Self {
         let both = |(a, b): (&Option<u16>, &Option<u16>)| Some((*a)? * other.count as u16 + (*b)?);
         Self {
             of: self.of.iter().zip(&other.of).map(both).collect(),
@@ -130,7 +130,7 @@ pub(super) fn of(log: &Log, prediction: &Prediction) -> Vec<Covariate> {
 impl Covariate {
     /// The conditions of the rows of a table, from those of its logs; with the log itself where
     /// there are several.
-    pub fn joined(table: &ResidualTable, of_logs: &[Vec<Self>]) -> Vec<Self> {
+    pub(crate) fn joined(table: &ResidualTable, of_logs: &[Vec<Self>]) -> Vec<Self> {
         let mut known: Vec<&Self> = Vec::new();
         for span in &table.spans {
             let (log, _) = table.rows[span.start];
@@ -162,7 +162,7 @@ impl Covariate {
     }
 
     /// The rows' bins; `None` where all rows are alike.
-    pub fn bins(&self) -> Option<Bins> {
+    pub(crate) fn bins(&self) -> Option<Bins> {
         let known: Vec<f64> = self.values.iter().copied().filter(|v| v.is_finite()).collect();
         if 2 * known.len() < self.values.len() {
             return None;

@@ -39,11 +39,11 @@ pub(super) struct JudgedShare {
 }
 
 impl JudgedShare {
-    pub fn excess(self) -> f64 {
+    pub(crate) fn excess(self) -> f64 {
         self.share - self.by_chance
     }
 
-    pub fn counts(self) -> bool {
+    pub(crate) fn counts(self) -> bool {
         self.p <= SIGNIFICANT && self.excess() >= EXPLAINED_ABOVE_CHANCE_MIN
     }
 }
@@ -63,7 +63,7 @@ pub(super) struct ComparedSeries {
 }
 
 impl ComparedSeries {
-    pub fn category(&self) -> Category {
+    pub(crate) fn category(&self) -> Category {
         Category::Series(self.quantity, self.column)
     }
 }
@@ -103,7 +103,11 @@ struct Gathered {
 impl ResidualTable {
     /// All channels of all kinds of logs. Logs of which other columns were recorded make a table of
     /// their own.
-    pub fn all(experiments: &[PreparedLog], predictions: &[Prediction], logs: &[Log]) -> Vec<Self> {
+    pub(crate) fn all(
+        experiments: &[PreparedLog],
+        predictions: &[Prediction],
+        logs: &[Log],
+    ) -> Vec<Self> {
         let mut groups: Vec<Gathered> = Vec::new();
         for (k, (experiment, prediction)) in experiments.iter().zip(predictions).enumerate() {
             let mut channels: Vec<(&str, Vec<(ComparedQuantity, u8)>)> = Vec::new();
@@ -221,7 +225,7 @@ impl ResidualTable {
     }
 
     /// Residuals over their noise of one row.
-    pub fn row(&self, row: usize) -> &[f64] {
+    pub(crate) fn row(&self, row: usize) -> &[f64] {
         &self.values[row * self.series.len()..(row + 1) * self.series.len()]
     }
 
@@ -232,7 +236,7 @@ impl ResidualTable {
     }
 
     /// Σ r² of one series over some rows.
-    pub fn squares_of(&self, series: usize, rows: impl Fn(usize) -> bool) -> f64 {
+    pub(crate) fn squares_of(&self, series: usize, rows: impl Fn(usize) -> bool) -> f64 {
         (0..self.squares.len()).filter(|i| rows(*i)).map(|i| self.row(i)[series].powi(2)).sum()
     }
 
@@ -242,14 +246,14 @@ impl ResidualTable {
     }
 
     /// Random numbers for one of several uses; the same in every run.
-    pub fn random(&self, which: u64) -> ChaCha8Rng {
+    pub(crate) fn random(&self, which: u64) -> ChaCha8Rng {
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         random.set_stream(which);
         random
     }
 
     /// Stretches of rows, each longer than the residual remembers.
-    pub fn blocks(&self) -> Vec<Range<usize>> {
+    pub(crate) fn blocks(&self) -> Vec<Range<usize>> {
         self.cut(|_| 0)
     }
 
@@ -269,7 +273,7 @@ impl ResidualTable {
     }
 
     /// Orders of the rows in which blocks have changed places.
-    pub fn arrangements(&self, count: usize) -> Vec<Vec<u32>> {
+    pub(crate) fn arrangements(&self, count: usize) -> Vec<Vec<u32>> {
         let mut random = self.random(0);
         (0..count)
             .map(|_| {
@@ -281,7 +285,7 @@ impl ResidualTable {
     }
 
     /// Groups of series that may be worse than others.
-    pub fn series_groups(&self) -> Vec<SeriesGroup> {
+    pub(crate) fn series_groups(&self) -> Vec<SeriesGroup> {
         let mut groups = Vec::new();
         let mut columns: Vec<u8> = self.series.iter().map(|s| s.column).collect();
         columns.sort_unstable();
@@ -320,7 +324,7 @@ impl ResidualTable {
     }
 
     /// Mean or root mean square of one series over some rows, in its unit.
-    pub fn point(
+    pub(crate) fn point(
         &self,
         x: f64,
         how: Statistic,
@@ -345,7 +349,7 @@ impl ResidualTable {
     }
 
     /// Root mean square of several series over all rows, in their unit.
-    pub fn point_of_group(&self, x: f64, series: &[usize]) -> ConditionBin {
+    pub(crate) fn point_of_group(&self, x: f64, series: &[usize]) -> ConditionBin {
         let rows = self.squares.len();
         let n = (rows * series.len()).max(1) as f64;
         let all = series.iter().flat_map(|s| (0..rows).map(|i| self.plain(i, *s)));
@@ -355,7 +359,7 @@ impl ResidualTable {
     }
 
     /// A finding about this table, with everything still to be said that belongs to its condition.
-    pub fn finding(&self, how: Statistic, judged: JudgedShare) -> Finding {
+    pub(crate) fn finding(&self, how: Statistic, judged: JudgedShare) -> Finding {
         Finding {
             kind: self.kind,
             channel: self.channel,

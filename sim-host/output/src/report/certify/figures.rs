@@ -1,13 +1,13 @@
 //! The pictures of a certificate: how the draws lie against a limit, what the worst runs did, and
 //! the margins along the seam.
 
+use crate::MILLI;
 use crate::color::{self, Dash, LIMIT};
 use crate::document::{Picture, Plot, PlotLine, reference};
 use crate::words::certify::{drawn_label, run_name};
 use crate::words::requirement::{label, scale};
-use crate::{CertifiedWeld, MILLI};
 use trueweld_evaluate::Rate;
-use trueweld_evaluate::certify::{EvidenceKind, Requirement, drawn_figure};
+use trueweld_evaluate::certify::{CertifiedWeld, EvidenceKind, Requirement, drawn_figure};
 use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins};
 use trueweld_plant::simulate::RecordRow;
 

@@ -3,6 +3,7 @@
 mod figures;
 
 use super::Report;
+use crate::CertifyReport;
 use crate::document::{Block, Document, Medium, Table, TableCell, Tone, number, words};
 use crate::json::{BoughtByMeasurement, CertifyResult, DrawnFigure, UncertainRecord};
 use crate::samples::{self, BlockTable};
@@ -13,10 +14,9 @@ use crate::words::certify::{
 };
 use crate::words::requirement::{label, shown};
 use crate::words::{condensed, fixed, share};
-use crate::{CertifiedWeld, CertifyReport};
 use trueweld_evaluate::certify::{
-    AcceptedFault, DriveUse, EvidenceKind, FaultTrial, Influence, Sensitivity, Trial, Verdict,
-    within, worst,
+    AcceptedFault, CertifiedWeld, DriveUse, EvidenceKind, FaultTrial, Influence, Sensitivity,
+    Trial, Verdict, within, worst,
 };
 use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins, OperatingPoint};
 use trueweld_evaluate::{ReplacedAssumption, UncertainCell, WELD_FIGURES};
@@ -245,20 +245,6 @@ fn value_of_measurement(weld: &CertifiedWeld) -> Table {
 
 /// What each drive gave, in the nominal cell and at most in drawn ones.
 fn drives(weld: &CertifiedWeld) -> Table {
-    let row = |(joint, of): (usize, DriveUse)| {
-        let DriveUse { nominal, drawn, at_limit } = of;
-        let loads = [
-            (nominal.torque_share, nominal.at_torque_limit > 0.0),
-            (nominal.speed_share, nominal.at_speed_limit > 0.0),
-            (drawn.torque_share, drawn.at_torque_limit > 0.0),
-            (drawn.speed_share, drawn.at_speed_limit > 0.0),
-        ];
-        let loads = loads.map(|(load, bad)| number(share(load)).bad(bad));
-        let longest = drawn.at_torque_limit.max(drawn.at_speed_limit);
-        let cells = number(at_limit.to_string()).bad(at_limit > 0);
-        let first = [words(format!("A{}", joint + 1))].into_iter();
-        first.chain(loads).chain([cells, number(share(longest))]).collect()
-    };
     let head = [
         "drive",
         "torque, nominal",
@@ -270,16 +256,36 @@ fn drives(weld: &CertifiedWeld) -> Table {
     ];
     Table {
         head: vec![head.map(number).to_vec()],
-        rows: DriveUse::all(&weld.evidence).into_iter().enumerate().map(row).collect(),
+        rows: DriveUse::all(&weld.evidence).into_iter().enumerate().map(drive_row).collect(),
     }
 }
 
-impl CertifiedWeld {
-    fn limit(&self, case: EvidenceKind, name: &str) -> Option<f64> {
-        let of = self.requirements.iter().find(|r| r.case == case && r.name == name);
-        of.map(|requirement| requirement.limit)
-    }
+fn drive_row((joint, of): (usize, DriveUse)) -> Vec<TableCell> {
+    let DriveUse { nominal, drawn, at_limit } = of;
+    let loads = [
+        (nominal.torque_share, nominal.at_torque_limit > 0.0),
+        (nominal.speed_share, nominal.at_speed_limit > 0.0),
+        (drawn.torque_share, drawn.at_torque_limit > 0.0),
+        (drawn.speed_share, drawn.at_speed_limit > 0.0),
+    ];
+    let loads = loads.map(|(load, bad)| number(share(load)).bad(bad));
+    let longest = drawn.at_torque_limit.max(drawn.at_speed_limit);
+    let cells = number(at_limit.to_string()).bad(at_limit > 0);
+    let first = [words(format!("A{}", joint + 1))].into_iter();
+    first.chain(loads).chain([cells, number(share(longest))]).collect()
+}
 
+/// Tables of what a weld's runs came to.
+trait CertifiedTables {
+    fn requirements_table(&self) -> Table;
+    fn influences_table(&self) -> Table;
+    fn levels_table(&self) -> Table;
+    fn margins_table(&self, of_drives: bool) -> Table;
+    fn faults_table(&self) -> Table;
+    fn worst_cells(&self) -> Table;
+}
+
+impl CertifiedTables for CertifiedWeld {
     /// Every requirement with its verdict, by what it is judged by.
     fn requirements_table(&self) -> Table {
         let mut rows = Vec::new();

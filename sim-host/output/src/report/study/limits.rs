@@ -69,34 +69,7 @@ impl StudyLimitsReport<'_> {
     /// The largest share of any limit over what is driven.
     fn curves(&self) -> Vec<Picture> {
         let Some(place) = self.places.first() else { return Vec::new() };
-        let curve = |found: &FoundLimit| {
-            let unit = unit(found.driven);
-            // A run without figures breaks the line.
-            let point = |probe: &trueweld_evaluate::study::LimitProbe| {
-                let share = if probe.share.is_finite() { probe.share } else { f64::NAN };
-                (probe.value * unit.factor, 100.0 * share)
-            };
-            let points: Vec<(f64, f64)> = found.probes.iter().map(point).collect();
-            let ends = [points.first(), points.last()].map(|p| p.map_or(0.0, |p| p.0));
-            let mut lines = vec![PlotLine {
-                name: String::new(),
-                color: color::run(1),
-                dash: Dash::Solid,
-                points,
-            }];
-            lines.push(reference("allowed", ends.map(|x| (x, 100.0)).into()));
-            let plot = Plot {
-                x_label: unit.named(name(found.driven)),
-                y_label: "largest share of a limit, %".to_owned(),
-                lines,
-                named: true,
-                logarithmic: true,
-                ..Plot::default()
-            };
-            let title = format!("{}: {}", capital(name(found.driven)), largest(found));
-            Picture::new(title, plot)
-        };
-        place.limits.iter().map(curve).collect()
+        place.limits.iter().map(share_over_driven).collect()
     }
 
     /// Maps of the largest values over the places.
@@ -136,4 +109,27 @@ impl StudyLimitsReport<'_> {
         let driven = self.places.first().map_or(&[][..], |place| &place.limits);
         driven.iter().map(|found| map(found.driven)).collect()
     }
+}
+
+/// The largest share of any limit over one quantity that is driven.
+fn share_over_driven(found: &FoundLimit) -> Picture {
+    let unit = unit(found.driven);
+    // A run without figures breaks the line.
+    let point = |probe: &trueweld_evaluate::study::LimitProbe| {
+        let share = if probe.share.is_finite() { probe.share } else { f64::NAN };
+        (probe.value * unit.factor, 100.0 * share)
+    };
+    let points: Vec<(f64, f64)> = found.probes.iter().map(point).collect();
+    let ends = [points.first(), points.last()].map(|p| p.map_or(0.0, |p| p.0));
+    let allowed = reference("allowed", ends.map(|x| (x, 100.0)).into());
+    let line = PlotLine { name: String::new(), color: color::run(1), dash: Dash::Solid, points };
+    let plot = Plot {
+        x_label: unit.named(name(found.driven)),
+        y_label: "largest share of a limit, %".to_owned(),
+        lines: vec![line, allowed],
+        named: true,
+        logarithmic: true,
+        ..Plot::default()
+    };
+    Picture::new(format!("{}: {}", capital(name(found.driven)), largest(found)), plot)
 }

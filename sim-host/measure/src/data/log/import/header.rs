@@ -402,34 +402,37 @@ impl NamedColumns {
 
     /// The columns of a file as they are proposed.
     pub(super) fn proposed(&self, file: usize, raw: &Raw) -> Vec<ProposedColumn> {
-        let column = |(k, header): (usize, &String)| {
-            let range = raw.values[k].as_ref().map(|values| {
-                let finite = values.iter().copied().filter(|x| x.is_finite());
-                finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
-            });
-            let (mut bases, mut doubts) = (Vec::new(), Vec::new());
-            let mapping = self.claims[k].clone().map(|claim| {
-                bases.push(claim.basis);
-                if claim.basis != ProposalBasis::Header {
-                    doubts.push(Doubt::Channel);
+        (0..raw.names.len()).map(|k| self.proposed_column(file, raw, k)).collect()
+    }
+
+    /// The column of that index, as it is proposed.
+    fn proposed_column(&self, file: usize, raw: &Raw, k: usize) -> ProposedColumn {
+        let header = &raw.names[k];
+        let range = raw.values[k].as_ref().map(|values| {
+            let finite = values.iter().copied().filter(|x| x.is_finite());
+            finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
+        });
+        let (mut bases, mut doubts) = (Vec::new(), Vec::new());
+        let mapping = self.claims[k].clone().map(|claim| {
+            bases.push(claim.basis);
+            if claim.basis != ProposalBasis::Header {
+                doubts.push(Doubt::Channel);
+            }
+            let unit = match claim.unit {
+                Some(unit) => {
+                    bases.push(ProposalBasis::UnitInHeader);
+                    unit.name
                 }
-                let unit = match claim.unit {
-                    Some(unit) => {
-                        bases.push(ProposalBasis::UnitInHeader);
-                        unit.name
-                    }
-                    None if claim.amperes => "A",
-                    None => dimension(claim.column).unit(),
-                };
-                if unit_named(unit).is_some_and(|unit| unit.dimension.is_none()) {
-                    doubts.push(Doubt::Factor);
-                }
-                let header = header.clone();
-                ColumnMapping { header, column: claim.column, unit, factor: 1.0, offset: 0.0 }
-            });
-            ProposedColumn { file, header: header.clone(), range, mapping, bases, doubts }
-        };
-        raw.names.iter().enumerate().map(column).collect()
+                None if claim.amperes => "A",
+                None => dimension(claim.column).unit(),
+            };
+            if unit_named(unit).is_some_and(|unit| unit.dimension.is_none()) {
+                doubts.push(Doubt::Factor);
+            }
+            let header = header.clone();
+            ColumnMapping { header, column: claim.column, unit, factor: 1.0, offset: 0.0 }
+        });
+        ProposedColumn { file, header: header.clone(), range, mapping, bases, doubts }
     }
 }
 

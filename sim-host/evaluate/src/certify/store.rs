@@ -8,7 +8,7 @@
 //! compute the digests anew. A sample of the kept runs, or all of them, is therefore run again, and
 //! must come out as kept.
 
-use miette::{IntoDiagnostic, Report, Result, WrapErr, miette};
+use super::evidence_error::EvidenceError;
 use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -18,15 +18,17 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{SystemTime, UNIX_EPOCH};
-use trueweld_output::write_file;
+use trueweld_plant::input::write_atomically;
 use trueweld_plant::provenance::sha256;
 
+type Result<T, E = EvidenceError> = std::result::Result<T, E>;
+
 /// Format of the files.
-const SCHEMA: &str = "trials/3";
+const EVIDENCE_SCHEMA: &str = "trials/3";
 
 /// What the runs of a section must be of.
 #[derive(Debug, Clone, Copy)]
-pub struct Basis<'a> {
+pub struct EvidenceBasis<'a> {
     /// Digest of every input that the runs depend on.
     pub inputs: &'a str,
     /// Digest of the sources of the program that makes them.
@@ -35,7 +37,7 @@ pub struct Basis<'a> {
 
 /// The first line of a file.
 #[derive(Serialize, Deserialize)]
-struct Header {
+struct EvidenceHeader {
     schema: String,
     inputs: String,
     sources: String,
@@ -51,14 +53,14 @@ pub enum Repeat {
 }
 
 /// One of so many kept runs is in the sample.
-const SAMPLE: usize = 20;
+const REPEATED_SAMPLE: usize = 20;
 
 /// The runs of one section of one weld, and their file.
 pub struct TrialStore<R> {
     path: PathBuf,
     header: String,
     /// Of an interrupted certification of the same.
-    kept: Vec<Kept<R>>,
+    kept: Vec<KeptRun<R>>,
     /// Those asked for so far, in their order, as they are written.
     done: Vec<String>,
     /// How many kept runs were made again.
@@ -69,7 +71,7 @@ pub struct TrialStore<R> {
 
 /// A run of an earlier call.
 #[derive(Clone)]
-struct Kept<R> {
+struct KeptRun<R> {
     run: R,
     /// As it is written.
     text: String,
@@ -82,18 +84,14 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
     ///
     /// # Errors
     /// A file of other inputs or of another build, or one that was changed.
-    pub fn open(path: PathBuf, basis: Basis<'_>, repeat: Repeat) -> Result<Self> {
-        let [schema, inputs, sources] = [SCHEMA, basis.inputs, basis.sources].map(str::to_owned);
-        let header =
-            serde_json::to_string(&Header { schema, inputs, sources }).into_diagnostic()?;
+    pub fn open(path: PathBuf, basis: EvidenceBasis<'_>, repeat: Repeat) -> Result<Self> {
+        let [schema, inputs, sources] =
+            [EVIDENCE_SCHEMA, basis.inputs, basis.sources].map(str::to_owned);
+        let header = serde_json::to_string(&EvidenceHeader { schema, inputs, sources })?;
         let kept = match std::fs::read(&path) {
             Ok(bytes) => read(&path, &bytes, &header, basis, repeat)?,
             Err(error) if error.kind() == ErrorKind::NotFound => Vec::new(),
-            Err(error) => {
-                return Err(error)
-                    .into_diagnostic()
-                    .wrap_err_with(|| format!("cannot read {}", path.display()));
-            }
+            Err(source) => return Err(EvidenceError::Read { path, source }),
         };
         Ok(Self { path, header, kept, done: Vec::new(), repeated: 0, last: None })
     }
@@ -144,20 +142,20 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
     ) -> Result<Vec<R>> {
         let file = Mutex::new(self.appended()?);
         let kept = jobs.iter().enumerate().map(|(i, job)| self.kept_run(i, |run| is(job, run)));
-        let kept: Vec<Option<&Kept<R>>> = kept.collect();
+        let kept: Vec<Option<&KeptRun<R>>> = kept.collect();
         let repeated = kept.iter().flatten().filter(|kept| kept.repeated).count();
         let runs = jobs.par_iter().zip(kept).map(|(job, kept)| {
             if let Some(kept) = kept.filter(|kept| !kept.repeated) {
                 return Ok((kept.run.clone(), kept.text.clone()));
             }
             let run = run(job);
-            let text = serde_json::to_string(&run).into_diagnostic()?;
+            let text = serde_json::to_string(&run)?;
             match kept {
                 Some(kept) if kept.text != text => return Err(self.otherwise(&kept.text, &text)),
                 Some(_) => {}
                 None => {
-                    let mut file = file.lock().map_err(|_| miette!("a thread stopped"))?;
-                    file.append(&text).into_diagnostic().wrap_err_with(|| self.unwritable())?;
+                    let mut file = file.lock().map_err(|_| EvidenceError::Thread)?;
+                    file.append(&text).map_err(|source| self.unwritable(source))?;
                 }
             }
             Ok((run, text))
@@ -167,12 +165,12 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
             runs.into_iter().collect::<Result<Vec<_>>>()?.into_iter().unzip();
         self.done.extend(texts);
         self.repeated += repeated;
-        self.last = Some(file.into_inner().map_err(|_| miette!("a thread stopped"))?.last);
+        self.last = Some(file.into_inner().map_err(|_| EvidenceError::Thread)?.last);
         Ok(runs)
     }
 
     /// A kept run, which is most likely the one of this number.
-    fn kept_run(&self, number: usize, is: impl Fn(&R) -> bool) -> Option<&Kept<R>> {
+    fn kept_run(&self, number: usize, is: impl Fn(&R) -> bool) -> Option<&KeptRun<R>> {
         let there = self.kept.get(number).filter(|kept| is(&kept.run));
         there.or_else(|| self.kept.iter().find(|kept| is(&kept.run)))
     }
@@ -210,53 +208,55 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
         let others = self.kept.iter().map(|kept| kept.text.as_str());
         let others = others.filter(|text| !asked.contains(text));
         let all = self.done.iter().map(String::as_str).chain(others);
-        write_file(&self.path, chained(&self.header, all).0)?;
-        Ok(())
+        self.write(&chained(&self.header, all).0)
     }
 
     /// The file, ready for further runs: whole lines that were kept, and nothing else.
-    fn appended(&self) -> Result<Chain> {
+    fn appended(&self) -> Result<EvidenceChain> {
         let last = match &self.last {
             Some(last) => last.clone(),
             None => {
                 let kept = self.kept.iter().map(|kept| kept.text.as_str());
                 let (text, last) = chained(&self.header, kept);
-                write_file(&self.path, text)?;
+                self.write(&text)?;
                 last
             }
         };
         let file = OpenOptions::new().append(true).open(&self.path);
-        Ok(Chain { file: file.into_diagnostic().wrap_err_with(|| self.unwritable())?, last })
+        Ok(EvidenceChain { file: file.map_err(|source| self.unwritable(source))?, last })
     }
 
-    fn unwritable(&self) -> String {
-        format!("cannot write {}", self.path.display())
+    /// The file as a whole.
+    fn write(&self, text: &str) -> Result<()> {
+        write_atomically(&self.path, text.as_bytes()).map_err(EvidenceError::Write)
     }
 
-    fn otherwise(&self, kept: &str, again: &str) -> Report {
+    fn unwritable(&self, source: std::io::Error) -> EvidenceError {
+        EvidenceError::Append { path: self.path.clone(), source }
+    }
+
+    fn otherwise(&self, kept: &str, again: &str) -> EvidenceError {
         let differ = kept.bytes().zip(again.bytes()).take_while(|(a, b)| a == b).count();
         let excerpt = |text: &str| {
             let from = differ.saturating_sub(60);
             String::from_utf8_lossy(&text.as_bytes()[from..text.len().min(differ + 40)])
                 .into_owned()
         };
-        miette!(
-            help = "Another version of a law of one's own made these runs, or another compiler, or they were changed: give another --evidence folder.",
-            "{}: a kept run comes out otherwise when it is run again: kept …{}…, now …{}…",
-            self.path.display(),
-            excerpt(kept),
-            excerpt(again)
-        )
+        EvidenceError::Differs {
+            path: self.path.clone(),
+            kept: excerpt(kept),
+            again: excerpt(again),
+        }
     }
 }
 
 /// A file that grows by lines, each with a digest of itself and all before it.
-struct Chain {
+struct EvidenceChain {
     file: File,
     last: String,
 }
 
-impl Chain {
+impl EvidenceChain {
     fn append(&mut self, run: &str) -> std::io::Result<()> {
         let (line, last) = line(&self.last, run);
         self.file.write_all(line.as_bytes())?;
@@ -288,9 +288,9 @@ fn read<R: DeserializeOwned>(
     path: &Path,
     bytes: &[u8],
     header: &str,
-    basis: Basis<'_>,
+    basis: EvidenceBasis<'_>,
     repeat: Repeat,
-) -> Result<Vec<Kept<R>>> {
+) -> Result<Vec<KeptRun<R>>> {
     // Cut off while the header was written.
     if !bytes.contains(&b'\n') && header.as_bytes().starts_with(bytes) {
         return Ok(Vec::new());
@@ -298,21 +298,16 @@ fn read<R: DeserializeOwned>(
     let mut lines = bytes.split_inclusive(|byte| *byte == b'\n');
     let first = lines.next().and_then(|first| first.strip_suffix(b"\n")).unwrap_or_default();
     if first != header.as_bytes() {
-        let found = serde_json::from_slice::<Header>(first);
+        let found = serde_json::from_slice::<EvidenceHeader>(first);
         if let Some(found) = found.ok().filter(|found| found.inputs == basis.inputs) {
-            return Err(miette!(
-                help = "Build the program from those sources again, or give another --evidence folder.",
-                "{} holds runs of another build, of the sources {}; this program is built from {}",
-                path.display(),
-                found.sources,
-                basis.sources
-            ));
+            let this = basis.sources.to_owned();
+            return Err(EvidenceError::OtherBuild {
+                path: path.to_owned(),
+                made: found.sources,
+                this,
+            });
         }
-        return Err(miette!(
-            help = "Give another --evidence folder, or remove this one.",
-            "{} holds runs of something else; expected none, or some of the same files and options",
-            path.display()
-        ));
+        return Err(EvidenceError::OtherInputs { path: path.to_owned() });
     }
     let mut last = sha256(header.as_bytes());
     let mut kept = Vec::new();
@@ -326,15 +321,10 @@ fn read<R: DeserializeOwned>(
             let (expected, digest) = line(&last, run);
             let read = serde_json::from_str(run).ok()?;
             (expected == text)
-                .then(|| (Kept { run: read, text: run.to_owned(), repeated: false }, digest))
+                .then(|| (KeptRun { run: read, text: run.to_owned(), repeated: false }, digest))
         });
         let Some((run, digest)) = found else {
-            return Err(miette!(
-                help = "Keep the lines before it, or give another --evidence folder: what is missing is run again.",
-                "{}, line {}: not as it was written; expected a run and the digest of it and the lines before",
-                path.display(),
-                i + 2
-            ));
+            return Err(EvidenceError::ChangedLine { path: path.to_owned(), line: i + 2 });
         };
         kept.push(run);
         last = digest;
@@ -344,7 +334,7 @@ fn read<R: DeserializeOwned>(
         Repeat::Sample => {
             let now = SystemTime::now().duration_since(UNIX_EPOCH);
             let now = now.map_or(0, |time| time.subsec_nanos());
-            [now as usize % kept.len().clamp(1, SAMPLE), SAMPLE]
+            [now as usize % kept.len().clamp(1, REPEATED_SAMPLE), REPEATED_SAMPLE]
         }
     };
     kept.iter_mut().skip(first).step_by(step).for_each(|kept| kept.repeated = true);
@@ -355,8 +345,8 @@ fn read<R: DeserializeOwned>(
 mod tests {
     use super::*;
 
-    fn basis(inputs: &str) -> Basis<'_> {
-        Basis { inputs, sources: "sources" }
+    fn basis(inputs: &str) -> EvidenceBasis<'_> {
+        EvidenceBasis { inputs, sources: "sources" }
     }
 
     fn squares(path: &Path, key: &str, jobs: &[u64]) -> Result<Vec<[u64; 2]>> {
@@ -438,7 +428,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("trials.jsonl");
         squares(&path, "key", &[0, 1]).unwrap();
-        let other = Basis { inputs: "key", sources: "others" };
+        let other = EvidenceBasis { inputs: "key", sources: "others" };
         let opened = TrialStore::<[u64; 2]>::open(path, other, Repeat::Sample);
         let error = opened.err().expect("another build").to_string();
         assert!(error.contains("of the sources sources; this program is built from others"));

@@ -1,0 +1,101 @@
+//! Which physical effect is missing in a model.
+
+use crate::measured::{MeasuredLogs, WorkProgress, after};
+use miette::{IntoDiagnostic, Result};
+use std::time::{Duration, Instant};
+use trueweld_measure::diagnose::{self, Diagnosis, Explanation, explain};
+use trueweld_measure::discover::{Discovery, discover, settling_experiment};
+use trueweld_measure::residuals::compare::{LogComparison, Notice, notices, of_each_log, of_logs};
+use trueweld_measure::residuals::single_load::single_loads;
+
+/// Predictions of all logs that a diagnosis asks for: at least, where nothing is missing, and at
+/// most, where two effects are.
+const DIAGNOSIS_PREDICTIONS: [f64; 2] = [350.0, 1200.0];
+
+/// Finds out which effect is missing in a model: of the library's, or a law outside it. It says so
+/// where the logs do not explain.
+///
+/// ```no_run
+/// let mut measured = trueweld::MeasuredLogs::read("my-campaign")?;
+/// let told = trueweld::diagnose(&mut measured).run()?;
+/// println!("{}: {} explanations", told.diagnosis.verdict.name(), told.diagnosis.candidates.len());
+/// # Ok::<(), miette::Report>(())
+/// ```
+pub fn diagnose(measured: &mut MeasuredLogs) -> DiagnoseOptions<'_> {
+    DiagnoseOptions { measured, deadline: None, progress: &|_| {} }
+}
+
+/// How a diagnosis is made.
+#[must_use]
+pub struct DiagnoseOptions<'a> {
+    measured: &'a mut MeasuredLogs,
+    deadline: Option<Instant>,
+    progress: &'a (dyn Fn(WorkProgress<'_>) + Sync),
+}
+
+/// What a diagnosis comes to.
+pub struct CellDiagnosis {
+    /// The verdict, with every explanation and its evidence.
+    pub diagnosis: Diagnosis,
+    /// What is told of it: why, and the experiment to make next.
+    pub explanation: Explanation,
+    /// Laws outside the library that were found.
+    pub discovered: Vec<Discovery>,
+    /// The logs under the model as it was given.
+    pub before: Vec<LogComparison>,
+    /// The logs under the model with the best explanation.
+    pub after: Vec<LogComparison>,
+    /// What a person should know besides.
+    pub notices: Vec<Notice>,
+}
+
+impl<'a> DiagnoseOptions<'a> {
+    /// No new work is begun after this time: the best answer so far is given, and what was left
+    /// undone.
+    pub fn deadline(self, deadline: Option<Instant>) -> Self {
+        Self { deadline, ..self }
+    }
+
+    /// The same after so much time from now on.
+    pub fn budget(self, budget: Duration) -> Self {
+        self.deadline(after(budget))
+    }
+
+    /// Tells how long it will take, and how far it is.
+    pub fn on_progress(self, progress: &'a (dyn Fn(WorkProgress<'_>) + Sync)) -> Self {
+        Self { progress, ..self }
+    }
+
+    /// Makes the diagnosis.
+    ///
+    /// # Errors
+    /// Gross mistakes in the files; a log that the model cannot be driven through.
+    pub fn run(self) -> Result<CellDiagnosis> {
+        let Self { measured, deadline, progress } = self;
+        measured.must_be_usable()?;
+        measured.problem.deadline = deadline;
+        if let Some(seconds) = measured.expect(DIAGNOSIS_PREDICTIONS) {
+            progress(WorkProgress::Takes(seconds));
+        }
+        let MeasuredLogs { model, logs, found, problem } = &*measured;
+        let stage = |from: f64, part: f64| {
+            move |what: &str, share: f64| progress(WorkProgress::At(what, from + part * share))
+        };
+        let mut diagnosis =
+            diagnose::diagnose(problem, logs, &stage(0.0, 0.7)).into_diagnostic()?;
+        let discovered = discover(problem, logs, &mut diagnosis, &stage(0.7, 0.15));
+        let mut explanation = explain(problem, logs, &diagnosis, &stage(0.85, 0.15));
+        if let Some(discovery) = discovered.first() {
+            // The other one would explain apart what explains a part within the library.
+            explanation.next_experiment = settling_experiment(problem, logs, discovery);
+        }
+        let best = &diagnosis.improved.residuals;
+        let before = of_logs(logs, &problem.logs, &diagnosis.before);
+        let after = of_logs(logs, &problem.logs, best);
+        let mut notices = notices(logs, &after, best);
+        notices.extend(single_loads(logs, &problem.logs, best));
+        notices.extend(found.notices());
+        notices.extend(of_each_log(&model.robot, logs, &problem.per_log, &diagnosis.each_log));
+        Ok(CellDiagnosis { diagnosis, explanation, discovered, before, after, notices })
+    }
+}

@@ -1,0 +1,232 @@
+//! A model with what was missing in it, refitted, and with what the logs leave open of its numbers.
+
+use crate::measured::{HeldOutLogs, MeasuredLogs, WorkProgress, after};
+use miette::{IntoDiagnostic, Result};
+use std::path::Path;
+use std::time::{Duration, Instant};
+use trueweld_measure::diagnose::{ExplanationReason, reason_of_best};
+use trueweld_measure::improve::{self, EffectOrigin, Improvement, model_file};
+use trueweld_measure::posterior::{not_bounded, posterior};
+use trueweld_measure::residuals::compare::{LogComparison, Notice, notices, of_each_log, of_logs};
+use trueweld_measure::residuals::single_load::single_loads;
+use trueweld_plant::input::{Comments, ModelFile, Posterior, RobotFile};
+
+/// Predictions of all logs that an improvement asks for: at least, where nothing is missing, and at
+/// most, where two effects are.
+const IMPROVEMENT_PREDICTIONS: [f64; 2] = [400.0, 1600.0];
+
+/// Adds what is missing to a model, step by step, each judged where nothing was fitted, and refits
+/// it.
+///
+/// ```no_run
+/// # use trueweld::plant::input::Comments;
+/// let mut measured = trueweld::MeasuredLogs::read("my-campaign")?;
+/// let mut improved = trueweld::improve(&mut measured).run()?;
+/// improved.write("improved.toml".as_ref(), &Comments::default())?;
+/// # Ok::<(), miette::Report>(())
+/// ```
+pub fn improve(measured: &mut MeasuredLogs) -> ImproveOptions<'_> {
+    ImproveOptions { measured, held_out: None, deadline: None, progress: &|_| {} }
+}
+
+/// How a model is improved.
+#[must_use]
+pub struct ImproveOptions<'a> {
+    measured: &'a mut MeasuredLogs,
+    held_out: Option<&'a HeldOutLogs>,
+    deadline: Option<Instant>,
+    progress: &'a (dyn Fn(WorkProgress<'_>) + Sync),
+}
+
+/// What an improvement comes to.
+pub struct ImprovedModel {
+    /// What was done, step by step.
+    pub improvement: Improvement,
+    /// The model with what was found, without a posterior.
+    pub file: ModelFile,
+    /// Where each of its effects comes from.
+    pub origins: Vec<EffectOrigin>,
+    /// What the logs leave open of its numbers; why there is none.
+    pub posterior: Result<Posterior, String>,
+    /// The logs fitted, under the model as it was given.
+    pub before: Vec<LogComparison>,
+    /// The logs fitted, under the improved model.
+    pub after: Vec<LogComparison>,
+    /// The logs held out, under the model as it was given and under the improved one; none where
+    /// blocks in time of the logs fitted were held out.
+    pub held_out: [Vec<LogComparison>; 2],
+    /// Why what was found first is believed.
+    pub reason: Option<ExplanationReason>,
+    notices: Vec<Notice>,
+    robot: RobotFile,
+}
+
+impl<'a> ImproveOptions<'a> {
+    /// Every step is judged by these logs, in place of blocks in time of those that are fitted.
+    pub fn held_out(self, held_out: Option<&'a HeldOutLogs>) -> Self {
+        Self { held_out, ..self }
+    }
+
+    /// No new work is begun after this time: the best answer so far is given, and what was left
+    /// undone.
+    pub fn deadline(self, deadline: Option<Instant>) -> Self {
+        Self { deadline, ..self }
+    }
+
+    /// The same after so much time from now on.
+    pub fn budget(self, budget: Duration) -> Self {
+        self.deadline(after(budget))
+    }
+
+    /// Tells how long it will take, and how far it is.
+    pub fn on_progress(self, progress: &'a (dyn Fn(WorkProgress<'_>) + Sync)) -> Self {
+        Self { progress, ..self }
+    }
+
+    /// Improves the model.
+    ///
+    /// # Errors
+    /// Gross mistakes in the files; a log that a model cannot be driven through.
+    pub fn run(self) -> Result<ImprovedModel> {
+        let Self { measured, held_out, deadline, progress } = self;
+        measured.must_be_usable()?;
+        held_out.map_or(Ok(()), HeldOutLogs::must_be_usable)?;
+        measured.problem.deadline = deadline;
+        if let Some(seconds) = measured.expect(IMPROVEMENT_PREDICTIONS) {
+            progress(WorkProgress::Takes(seconds));
+        }
+        let MeasuredLogs { model, logs, found, problem } = &*measured;
+        let stage = |what: &str, share: f64| progress(WorkProgress::At(what, share));
+        let judged = held_out.map(|of| &of.held_out);
+        let improvement = improve::improve(problem, logs, judged, &stage).into_diagnostic()?;
+        let (file, origins) = model_file(&improvement, model, problem);
+        let posterior = if improvement.is_worse_elsewhere() {
+            Err("the values that it would hold predict worse where nothing was fitted".to_owned())
+        } else {
+            posterior(problem, logs, &improvement, &model.robot).map_err(|error| error.to_string())
+        };
+        let at = improvement.fitted.as_ref();
+        let at = at.map_or(&improvement.diagnosis.before, |fitted| &fitted.residuals);
+        let before = of_logs(logs, &problem.logs, &improvement.diagnosis.before);
+        let after = of_logs(logs, &problem.logs, at);
+        let mut notices = notices(logs, &after, at);
+        notices.extend(single_loads(logs, &problem.logs, at));
+        notices.extend(found.notices());
+        let each_log = &improvement.diagnosis.each_log;
+        notices.extend(of_each_log(&model.robot, logs, &problem.per_log, each_log));
+        let elsewhere = |step| match held_out {
+            Some(of) => of.held_out.compare(&of.logs, step).into_diagnostic(),
+            None => Ok((Vec::new(), Vec::new())),
+        };
+        let (given, _) = elsewhere(improvement.first())?;
+        let (improved, own) = elsewhere(improvement.last())?;
+        notices.extend(own);
+        let reason = reason_of_best(problem, logs, &improvement.diagnosis);
+        Ok(ImprovedModel {
+            file,
+            origins,
+            posterior,
+            before,
+            after,
+            held_out: [given, improved],
+            reason,
+            notices,
+            robot: model.robot.clone(),
+            improvement,
+        })
+    }
+}
+
+impl ImprovedModel {
+    /// Writes the model with its posterior; without it, and says why in [`ImprovedModel::posterior`],
+    /// where there is none or the file with it could not be read back. `comments`: what is said in the
+    /// file of its values.
+    ///
+    /// # Errors
+    /// The operating system's; a model that its own file does not hold.
+    pub fn write(&mut self, out: &Path, comments: &Comments) -> Result<()> {
+        let posterior = write_model(&self.file, self.posterior.clone(), out, comments)?;
+        self.posterior = posterior;
+        Ok(())
+    }
+
+    /// What a person should know besides.
+    pub fn notices(&self) -> Vec<Notice> {
+        let mut notices = self.notices.clone();
+        match &self.posterior {
+            Ok(posterior) => {
+                let names = not_bounded(posterior, &self.improvement, &self.robot);
+                notices.extend((!names.is_empty()).then_some(Notice::NotBounded(names)));
+            }
+            Err(why) => notices.push(Notice::NoPosterior(why.clone())),
+        }
+        notices
+    }
+}
+
+/// Writes an improved model with its posterior, and gives that; without it, and gives why, where
+/// there is none or the file with it could not be read back.
+fn write_model(
+    file: &ModelFile,
+    posterior: Result<Posterior, String>,
+    out: &Path,
+    comments: &Comments,
+) -> Result<Result<Posterior, String>> {
+    let written = posterior.and_then(|posterior| {
+        let whole = file.clone().with_posterior(posterior.clone());
+        let written = whole.and_then(|file| file.write(out, comments));
+        written.map(|()| posterior).map_err(|error| error.message().to_owned())
+    });
+    if written.is_err() {
+        file.write(out, comments)?;
+    }
+    Ok(written)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trueweld_plant::effects::EffectKind;
+    use trueweld_plant::input::MeasuredNumber;
+
+    #[test]
+    fn a_posterior_that_cannot_be_read_back_costs_the_posterior_and_not_the_model() {
+        let given = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/models/cable-drag.toml");
+        let model = ModelFile::read(given).unwrap();
+        let kind = EffectKind::of("counterbalance-loss").unwrap();
+        let at = kind.places()[0];
+        let posterior = |variance: f64| Posterior {
+            numbers: vec![MeasuredNumber {
+                kind,
+                at,
+                occurrence: 0,
+                parameter: 0,
+                value: 0.1,
+                between_logs: 0.0,
+            }],
+            covariance: vec![variance],
+            logs: vec!["a log".to_owned()],
+            campaign: "00".to_owned(),
+            score: 1.0,
+            at_bound: Vec::new(),
+            undetermined: Vec::new(),
+            not_measured: Vec::new(),
+            seal: String::new(),
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("improved.toml");
+        let written = |posterior| write_model(&model, posterior, &out, &Comments::default());
+        let read = || ModelFile::read(&out).unwrap();
+        assert!(written(Ok(posterior(1e-6))).unwrap().is_ok());
+        assert!(read().posterior.is_some());
+        for none in [Ok(posterior(f64::NAN)), Ok(posterior(-1e-6)), Err("no time".to_owned())] {
+            let why = written(none.clone()).unwrap().unwrap_err();
+            assert!(why.contains(none.map_or("no time", |_| "covariance")), "{why}");
+            assert!(read().posterior.is_none());
+            assert_eq!(read().effects.len(), model.effects.len());
+        }
+        // Where the model itself cannot be written there is none.
+        let out = folder.path().join("none/improved.toml");
+        assert!(write_model(&model, Ok(posterior(1e-6)), &out, &Comments::default()).is_err());
+    }
+}

@@ -1,0 +1,254 @@
+//! Measurements and the model that they judge: read, checked for gross mistakes, made ready.
+
+use crate::cell::is_same_file;
+use crate::provenance::of_program;
+use miette::{IntoDiagnostic, Result, miette};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+use trueweld_measure::align::align_clocks;
+use trueweld_measure::data::campaign::read_logs;
+use trueweld_measure::data::log::Log;
+use trueweld_measure::fit::{FitProblem, FitState, residuals};
+use trueweld_measure::improve::HeldOut;
+use trueweld_measure::mistakes::{Found, find};
+use trueweld_measure::residuals::compare::{baseline, of_comparable};
+use trueweld_plant::input::ModelFile;
+use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance};
+
+/// A model and logs as their files have them.
+pub struct GivenLogs {
+    /// The model.
+    pub model: ModelFile,
+    /// The logs; SI units, frames as their files have them.
+    pub logs: Vec<Log>,
+}
+
+impl GivenLogs {
+    /// Reads folders of logs or of campaigns. `model`: a model file; where none is given, that of the
+    /// campaign.
+    ///
+    /// # Errors
+    /// A file that cannot be used, at its place; a log of another robot; no model, or several.
+    pub fn read(model: Option<&Path>, folders: &[PathBuf]) -> Result<Self> {
+        // Before the logs, of which there may be gigabytes.
+        let given = model.map(ModelFile::read).transpose()?;
+        let (campaign, logs) = read_logs(folders)?;
+        let model = match (given, campaign) {
+            (Some(model), _) => model,
+            (None, Some(path)) => ModelFile::read(path)?,
+            (None, None) => {
+                return Err(miette!(
+                    help = "Give the model that the logs are to be compared with: --model model.toml. Only a campaign names its own, \
+                            and several campaigns may name different ones.",
+                    "--model is missing; expected a model file"
+                ));
+            }
+        };
+        must_be_of(&logs, &model)?;
+        Ok(Self { model, logs })
+    }
+
+    /// What a result of these logs is of.
+    ///
+    /// # Errors
+    /// A file that cannot be read any more.
+    pub fn provenance(&self, command: &str) -> Result<Provenance> {
+        measured_provenance(command, &self.model, &self.logs)
+    }
+
+    /// Looks for gross mistakes in the logs, and makes them ready to be compared with the model.
+    ///
+    /// # Errors
+    /// Clocks that cannot be aligned; a log that the model cannot be driven through.
+    pub fn prepare(self) -> Result<MeasuredLogs> {
+        let Self { model, mut logs } = self;
+        // Before the tracker's frame is taken out: a clock is found whatever the frame.
+        let aligned = align_clocks(&mut logs, &baseline(&model)).into_diagnostic();
+        let found = find(&mut logs, &baseline(&model))?;
+        let experiments = if found.mistakes.is_empty() {
+            aligned?;
+            of_comparable(&mut logs, &baseline(&model)).into_diagnostic()?
+        } else {
+            Vec::new()
+        };
+        let problem = FitProblem::new(&model, experiments);
+        Ok(MeasuredLogs { model, logs, found, problem })
+    }
+}
+
+fn must_have_no_mistakes(found: &Found) -> Result<()> {
+    match found.mistakes.len() {
+        0 => Ok(()),
+        count => Err(miette!(
+            help = "`found` says what they are: mend the files, and read them again.",
+            "mistakes in the files of the logs: {count}; expected none, since they come before any physics"
+        )),
+    }
+}
+
+fn must_be_of(logs: &[Log], model: &ModelFile) -> Result<()> {
+    for log in logs {
+        log.must_be_of(&model.robot, &format!("the model {}", model.path.display()))?;
+    }
+    Ok(())
+}
+
+/// A model and logs made ready to be compared with it.
+///
+/// ```no_run
+/// use trueweld::{MeasuredLogs, diagnose};
+///
+/// let mut measured = MeasuredLogs::read("my-campaign")?;
+/// let told = diagnose(&mut measured).run()?;
+/// println!("{}", told.diagnosis.verdict.name());
+/// # Ok::<(), miette::Report>(())
+/// ```
+pub struct MeasuredLogs {
+    /// The model.
+    pub model: ModelFile,
+    /// The logs that have something to compare.
+    pub logs: Vec<Log>,
+    /// What was found before any physics: where it holds mistakes, nothing can be said but them.
+    pub found: Found,
+    /// The logs as they are compared and fitted; none where there are mistakes.
+    pub problem: FitProblem,
+}
+
+/// Predictions of all logs that come after the time is up: what is under way, and the conclusion.
+const CLOSING_PREDICTIONS: u32 = 20;
+
+impl MeasuredLogs {
+    /// Reads a campaign, whose folder names its model, and makes it ready.
+    ///
+    /// # Errors
+    /// Those of [`GivenLogs::read`] and [`GivenLogs::prepare`].
+    pub fn read(campaign: impl Into<PathBuf>) -> Result<Self> {
+        GivenLogs::read(None, &[campaign.into()])?.prepare()
+    }
+
+    /// The same of folders of logs, against a model file.
+    ///
+    /// # Errors
+    /// Those of [`GivenLogs::read`] and [`GivenLogs::prepare`].
+    pub fn read_against(model: impl AsRef<Path>, folders: &[PathBuf]) -> Result<Self> {
+        GivenLogs::read(Some(model.as_ref()), folders)?.prepare()
+    }
+
+    /// What a result of these logs is of.
+    ///
+    /// # Errors
+    /// A file that cannot be read any more.
+    pub fn provenance(&self, command: &str) -> Result<Provenance> {
+        measured_provenance(command, &self.model, &self.logs)
+    }
+
+    /// # Errors
+    /// Mistakes in the files.
+    pub(crate) fn must_be_usable(&self) -> Result<()> {
+        must_have_no_mistakes(&self.found)
+    }
+
+    /// How long work will take that asks for between so many predictions of all logs, s, by the time
+    /// that one takes on this machine; `None` where none can be made. Where there is a deadline, time
+    /// to conclude is kept back.
+    pub(crate) fn expect(&mut self, [least, most]: [f64; 2]) -> Option<[f64; 2]> {
+        let problem = &mut self.problem;
+        let begun = Instant::now();
+        residuals(problem, &FitState::empty(problem.logs.len())).ok()?;
+        let one = begun.elapsed();
+        problem.deadline = problem
+            .deadline
+            .map(|time| time.checked_sub(CLOSING_PREDICTIONS * one).unwrap_or(begun));
+        Some([least * one.as_secs_f64(), most * one.as_secs_f64()])
+    }
+}
+
+/// What a result of a model and logs is of.
+///
+/// # Errors
+/// A file that cannot be read any more.
+pub fn measured_provenance(command: &str, model: &ModelFile, logs: &[Log]) -> Result<Provenance> {
+    let mut files = FileDigest::of_model(model)?;
+    files.extend(log_digests("log", logs)?);
+    let effects = model.effects.iter();
+    Ok(Provenance {
+        robot: model.robot.name.clone(),
+        effects: effects.map(|e| EffectRecord::new(&e.effect, &model.robot)).collect(),
+        files,
+        ..of_program(command)
+    })
+}
+
+/// Digests of the files of logs, each file once.
+fn log_digests(role: &str, logs: &[Log]) -> Result<Vec<FileDigest>> {
+    let mut paths: Vec<&PathBuf> = Vec::new();
+    for path in logs.iter().flat_map(|log| &log.files) {
+        if !paths.contains(&path) {
+            paths.push(path);
+        }
+    }
+    Ok(paths.into_iter().map(|p| FileDigest::of_file(role, p)).collect::<Result<_, _>>()?)
+}
+
+/// Logs by which a model is judged and to which nothing is fitted.
+pub struct HeldOutLogs {
+    /// The logs that have something to compare.
+    pub logs: Vec<Log>,
+    /// What was found before any physics.
+    pub found: Found,
+    /// The files that were read.
+    pub files: Vec<FileDigest>,
+    pub(crate) held_out: HeldOut,
+}
+
+impl HeldOutLogs {
+    /// Reads folders of logs or of campaigns, of the same robot as those that are fitted.
+    ///
+    /// # Errors
+    /// A file that cannot be used, at its place; a log of another robot, or one that is also fitted.
+    pub fn read(folders: &[PathBuf], fitted: &MeasuredLogs) -> Result<Self> {
+        let model = &fitted.model;
+        let (_, mut logs) = read_logs(folders)?;
+        for log in &logs {
+            must_be_of(std::slice::from_ref(log), model)?;
+            if fitted.logs.iter().any(|other| is_same_file(&log.path, &other.path)) {
+                return Err(miette!(
+                    help = "A log that was fitted says nothing of how the model does elsewhere.",
+                    "--held-out {}: this log is also among those to be fitted; expected another log of the same cell",
+                    log.path.display()
+                ));
+            }
+        }
+        align_clocks(&mut logs, &baseline(model)).into_diagnostic()?;
+        // Their trackers may stand elsewhere too.
+        let found = find(&mut logs, &baseline(model))?;
+        let files = log_digests("held-out log", &logs)?;
+        let experiments = if found.mistakes.is_empty() {
+            of_comparable(&mut logs, &baseline(model)).into_diagnostic()?
+        } else {
+            Vec::new()
+        };
+        let held_out = HeldOut::new(model, &logs, experiments);
+        Ok(Self { logs, found, files, held_out })
+    }
+
+    /// # Errors
+    /// Mistakes in the files.
+    pub(crate) fn must_be_usable(&self) -> Result<()> {
+        must_have_no_mistakes(&self.found)
+    }
+}
+
+/// How far some work is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum WorkProgress<'a> {
+    /// It will take from so many to so many seconds.
+    Takes([f64; 2]),
+    /// What is done now, and the share of the whole that is done.
+    At(&'a str, f64),
+}
+
+/// The time from now on; no deadline where it is beyond what a clock counts.
+pub(crate) fn after(budget: Duration) -> Option<Instant> {
+    Instant::now().checked_add(budget)
+}
