@@ -170,6 +170,7 @@ impl<T: Real> Robot<T> {
     /// # Errors
     /// [`KinematicsError::Unreachable`] where 64 steps do not reach the pose,
     /// [`Limit`](KinematicsError::Limit), [`NotFinite`](KinematicsError::NotFinite).
+    #[inline(never)] // Its stack is none of an arm that has the closed form.
     pub fn inverse_from(
         &self,
         b_from_t: &Pose<T>,

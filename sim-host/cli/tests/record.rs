@@ -81,9 +81,7 @@ fn an_arm_without_a_spherical_wrist_welds_and_is_recorded_and_compared() {
 
     // What only branches can say is refused in a sentence.
     let layout = ["study", "layout", "--robot", "robot.toml", "--weld", "short.toml"];
-    let refused = place.run(&[&layout[..], &["--compensator", "none", "-q"]].concat());
-    let told = String::from_utf8_lossy(&refused.stderr).into_owned()
-        + &String::from_utf8_lossy(&refused.stdout);
+    let told = place.refused(&[&layout[..], &["--compensator", "none", "-q"]].concat());
     assert!(told.contains("spherical wrist"), "{told}");
 }
 

@@ -17,14 +17,14 @@
 //! ```
 //!
 //! ```no_run
-//! use trueweld_identify::{Target, identify};
+//! use trueweld_identify::{IdentificationTarget, identify};
 //! use trueweld_measure::data::campaign::read_logs;
 //! use trueweld_plant::input::ModelFile;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let model = ModelFile::read("my-campaign/model.toml")?;
 //! let (_, logs) = read_logs(&["my-campaign".into()])?;
-//! let found = identify(Target::Stiffness, &model, logs, &|_, _| ())?;
+//! let found = identify(IdentificationTarget::Stiffness, &model, logs, &|_, _| ())?;
 //! for number in &found.numbers {
 //!     println!("{} {}: {:.3e}", number.name, number.at, number.value);
 //! }

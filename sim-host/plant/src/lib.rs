@@ -11,7 +11,7 @@
 //! use trueweld_plant::effects::Effect;
 //! use trueweld_plant::input::{Control, InputFile, Process, RobotFile, Sensors, Weld};
 //! use trueweld_plant::integrate::Integrator;
-//! use trueweld_plant::simulate::{Controller, Program, Scenario, Seam, run};
+//! use trueweld_plant::simulate::{ControllerKind, Scenario, Seam, WeldProgram, run};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let fixture = |name| format!("{}/../../fixtures/{name}", env!("CARGO_MANIFEST_DIR"));
@@ -29,10 +29,10 @@
 //!     controller_model: &robot.robot,
 //!     planned: &process,
 //!     weld: &weld,
-//!     program: Program::ForceStep { height: 11e3, hold: 0.5, length: 0.5 },
+//!     program: WeldProgram::ForceStep { height: 11e3, hold: 0.5, length: 0.5 },
 //!     control: &control,
 //!     sensors: &sensors,
-//!     controller: Controller::External,
+//!     controller: ControllerKind::External,
 //!     law: &trueweld_compensators::find("none").expect("a law of the table"),
 //!     integrator: Integrator::LinearlyImplicit,
 //!     plant_step: 1e-3,

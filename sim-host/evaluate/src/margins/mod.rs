@@ -88,7 +88,7 @@ pub fn margin_map(scenario: &Scenario<'_>, places: usize) -> Result<Vec<Margins>
 ///
 /// # Errors
 /// As [`margins`].
-pub(crate) fn sector_margins(
+pub fn sector_margins(
     scenario: &Scenario<'_>,
     at: &OperatingPoint,
 ) -> Result<Vec<Margins>, RunError> {

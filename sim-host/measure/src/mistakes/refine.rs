@@ -150,17 +150,18 @@ fn registration_slope(
     position: &Vector3<f64>,
     rotation: &Matrix3<f64>,
 ) -> Option<SVector<f64, REGISTRATION_NUMBERS>> {
-    let axis = Vector3::ith(usize::from(compared.component), 1.0);
+    // Of a component of a pose alone: those of other quantities may be more than three.
+    let axis = || Vector3::ith(usize::from(compared.component), 1.0);
     let mut slope = SVector::<f64, REGISTRATION_NUMBERS>::zeros();
     match compared.quantity {
         ComparedQuantity::Position => {
-            slope.fixed_rows_mut::<3>(0).copy_from(&axis);
-            slope.fixed_rows_mut::<3>(3).copy_from(&(skew(position) * axis));
-            slope.fixed_rows_mut::<3>(6).copy_from(&rotation.tr_mul(&axis));
+            slope.fixed_rows_mut::<3>(0).copy_from(&axis());
+            slope.fixed_rows_mut::<3>(3).copy_from(&(skew(position) * axis()));
+            slope.fixed_rows_mut::<3>(6).copy_from(&rotation.tr_mul(&axis()));
         }
         ComparedQuantity::Rotation => {
-            slope.fixed_rows_mut::<3>(3).copy_from(&(rotation * axis));
-            slope.fixed_rows_mut::<3>(9).copy_from(&axis);
+            slope.fixed_rows_mut::<3>(3).copy_from(&(rotation * axis()));
+            slope.fixed_rows_mut::<3>(9).copy_from(&axis());
         }
         _ => return None,
     }

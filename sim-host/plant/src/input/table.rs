@@ -11,7 +11,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
-/// One table of a [`Document`](super::Document).
+/// One table of a [`TomlDocument`](super::TomlDocument).
 #[derive(Debug, Clone)]
 pub struct TomlTable<'d> {
     pub(super) source: &'d Source,

@@ -15,8 +15,7 @@ use trueweld_core::{Frames, JointVector, KinematicsError, Pose, Robot, Twist, Wr
 const SEED_POSTURES: usize = 256;
 
 /// Joint angles at a pose: all branches of an arm with a spherical wrist; of any other arm those that
-/// Newton's method finds from [`SEED_POSTURES`] postures spread evenly over the joints' ranges, each
-/// once.
+/// Newton's method finds from 256 postures spread evenly over the joints' ranges, each once.
 ///
 /// # Errors
 /// Those of [`Robot::inverse_all`]; where no posture is found, why the last one was none.
