@@ -81,7 +81,8 @@ fn an_arm_without_a_spherical_wrist_welds_and_is_recorded_and_compared() {
 
     // What only branches can say is refused in a sentence.
     let layout = ["study", "layout", "--robot", "robot.toml", "--weld", "short.toml"];
-    let told = place.refused(&[&layout[..], &["--compensator", "none", "-q"]].concat());
+    let own = ["--compensator", "none", "-q", "--html", "page.html"];
+    let told = place.refused(&[&layout[..], &own].concat());
     assert!(told.contains("spherical wrist"), "{told}");
 }
 
