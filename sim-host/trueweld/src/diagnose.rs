@@ -1,12 +1,11 @@
 //! Which physical effect is missing in a model.
 
-use crate::measured::{MeasuredLogs, WorkProgress, after};
+use crate::measured::{ComparedLogs, MeasuredLogs, WorkProgress, after};
 use miette::{IntoDiagnostic, Result};
 use std::time::{Duration, Instant};
 use trueweld_measure::diagnose::{self, Diagnosis, Explanation, explain};
 use trueweld_measure::discover::{Discovery, discover, settling_experiment};
-use trueweld_measure::residuals::compare::{LogComparison, Notice, notices, of_each_log, of_logs};
-use trueweld_measure::residuals::single_load::single_loads;
+use trueweld_measure::residuals::compare::{LogComparison, Notice};
 
 /// Predictions of all logs that a diagnosis asks for: at least, where nothing is missing, and at
 /// most, where two effects are.
@@ -77,7 +76,7 @@ impl<'a> DiagnoseOptions<'a> {
         if let Some(seconds) = measured.expect(DIAGNOSIS_PREDICTIONS) {
             progress(WorkProgress::Takes(seconds));
         }
-        let MeasuredLogs { model, logs, found, problem } = &*measured;
+        let MeasuredLogs { logs, problem, .. } = &*measured;
         let stage = |from: f64, part: f64| {
             move |what: &str, share: f64| progress(WorkProgress::At(what, from + part * share))
         };
@@ -89,13 +88,8 @@ impl<'a> DiagnoseOptions<'a> {
             // The other one would explain apart what explains a part within the library.
             explanation.next_experiment = settling_experiment(problem, logs, discovery);
         }
-        let best = &diagnosis.improved.residuals;
-        let before = of_logs(logs, &problem.logs, &diagnosis.before);
-        let after = of_logs(logs, &problem.logs, best);
-        let mut notices = notices(logs, &after, best);
-        notices.extend(single_loads(logs, &problem.logs, best));
-        notices.extend(found.notices());
-        notices.extend(of_each_log(&model.robot, logs, &problem.per_log, &diagnosis.each_log));
+        let ComparedLogs { before, after, notices } =
+            measured.compared(&diagnosis, &diagnosis.improved.residuals);
         Ok(CellDiagnosis { diagnosis, explanation, discovered, before, after, notices })
     }
 }

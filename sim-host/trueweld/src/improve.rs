@@ -1,14 +1,13 @@
 //! A model with what was missing in it, refitted, and with what the logs leave open of its numbers.
 
-use crate::measured::{HeldOutLogs, MeasuredLogs, WorkProgress, after};
+use crate::measured::{ComparedLogs, HeldOutLogs, MeasuredLogs, WorkProgress, after};
 use miette::{IntoDiagnostic, Result};
 use std::path::Path;
 use std::time::{Duration, Instant};
 use trueweld_measure::diagnose::{ExplanationReason, reason_of_best};
 use trueweld_measure::improve::{self, EffectOrigin, Improvement, model_file};
 use trueweld_measure::posterior::{not_bounded, posterior};
-use trueweld_measure::residuals::compare::{LogComparison, Notice, notices, of_each_log, of_logs};
-use trueweld_measure::residuals::single_load::single_loads;
+use trueweld_measure::residuals::compare::{LogComparison, Notice};
 use trueweld_plant::input::{Comments, ModelFile, Posterior, RobotFile};
 
 /// Predictions of all logs that an improvement asks for: at least, where nothing is missing, and at
@@ -95,7 +94,7 @@ impl<'a> ImproveOptions<'a> {
         if let Some(seconds) = measured.expect(IMPROVEMENT_PREDICTIONS) {
             progress(WorkProgress::Takes(seconds));
         }
-        let MeasuredLogs { model, logs, found, problem } = &*measured;
+        let MeasuredLogs { model, logs, problem, .. } = &*measured;
         let stage = |what: &str, share: f64| progress(WorkProgress::At(what, share));
         let judged = held_out.map(|of| &of.held_out);
         let improvement = improve::improve(problem, logs, judged, &stage).into_diagnostic()?;
@@ -107,13 +106,8 @@ impl<'a> ImproveOptions<'a> {
         };
         let at = improvement.fitted.as_ref();
         let at = at.map_or(&improvement.diagnosis.before, |fitted| &fitted.residuals);
-        let before = of_logs(logs, &problem.logs, &improvement.diagnosis.before);
-        let after = of_logs(logs, &problem.logs, at);
-        let mut notices = notices(logs, &after, at);
-        notices.extend(single_loads(logs, &problem.logs, at));
-        notices.extend(found.notices());
-        let each_log = &improvement.diagnosis.each_log;
-        notices.extend(of_each_log(&model.robot, logs, &problem.per_log, each_log));
+        let ComparedLogs { before, after, mut notices } =
+            measured.compared(&improvement.diagnosis, at);
         let elsewhere = |step| match held_out {
             Some(of) => of.held_out.compare(&of.logs, step).into_diagnostic(),
             None => Ok((Vec::new(), Vec::new())),

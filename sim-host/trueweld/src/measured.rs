@@ -8,10 +8,15 @@ use std::time::{Duration, Instant};
 use trueweld_measure::align::align_clocks;
 use trueweld_measure::data::campaign::read_logs;
 use trueweld_measure::data::log::Log;
+use trueweld_measure::diagnose::Diagnosis;
 use trueweld_measure::fit::{FitProblem, FitState, residuals};
 use trueweld_measure::improve::HeldOut;
 use trueweld_measure::mistakes::{Found, find};
-use trueweld_measure::residuals::compare::{baseline, of_comparable};
+use trueweld_measure::predict::Prediction;
+use trueweld_measure::residuals::compare::{
+    LogComparison, Notice, baseline, notices, of_comparable, of_each_log, of_logs,
+};
+use trueweld_measure::residuals::single_load::single_loads;
 use trueweld_plant::input::ModelFile;
 use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance};
 
@@ -114,6 +119,13 @@ pub struct MeasuredLogs {
     pub problem: FitProblem,
 }
 
+/// Logs under the model as it was given and under a better one.
+pub(crate) struct ComparedLogs {
+    pub before: Vec<LogComparison>,
+    pub after: Vec<LogComparison>,
+    pub notices: Vec<Notice>,
+}
+
 /// Predictions of all logs that come after the time is up: what is under way, and the conclusion.
 const CLOSING_PREDICTIONS: u32 = 20;
 
@@ -146,6 +158,18 @@ impl MeasuredLogs {
     /// Mistakes in the files.
     pub(crate) fn must_be_usable(&self) -> Result<()> {
         must_have_no_mistakes(&self.found)
+    }
+
+    /// The logs before a diagnosis and under `best`, and what a person should know of both.
+    pub(crate) fn compared(&self, diagnosis: &Diagnosis, best: &[Prediction]) -> ComparedLogs {
+        let Self { model, logs, found, problem } = self;
+        let before = of_logs(logs, &problem.logs, &diagnosis.before);
+        let after = of_logs(logs, &problem.logs, best);
+        let mut notices = notices(logs, &after, best);
+        notices.extend(single_loads(logs, &problem.logs, best));
+        notices.extend(found.notices());
+        notices.extend(of_each_log(&model.robot, logs, &problem.per_log, &diagnosis.each_log));
+        ComparedLogs { before, after, notices }
     }
 
     /// How long work will take that asks for between so many predictions of all logs, s, by the time
