@@ -5,9 +5,9 @@
 
 use core::hint::black_box;
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use trueweld_diagnose::discover::discover;
+use trueweld_diagnose::{Diagnosis, DiagnosisVerdict, diagnose};
 use trueweld_laboratory::{Protocol, Recipe};
-use trueweld_measure::diagnose::{Diagnosis, DiagnosisVerdict, diagnose};
-use trueweld_measure::discover::discover;
 use trueweld_tests::corpus::{Ready, ready};
 use trueweld_tests::outside::FreeFormEffect;
 

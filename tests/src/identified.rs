@@ -3,9 +3,9 @@
 use crate::LABORATORY;
 use std::f64::consts::LN_2;
 use trueweld_core::JOINTS;
-use trueweld_identify::{IdentificationTarget, identify};
+use trueweld_estimate::identify::{IdentificationTarget, identify};
 use trueweld_laboratory::{Protocol, Recipe};
-use trueweld_measure::data::campaign::read_logs;
+use trueweld_logs::campaign::read_logs;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::{ModelFile, Process};
 use trueweld_plant::random::Random;

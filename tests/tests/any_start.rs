@@ -2,14 +2,14 @@
 
 use std::path::Path;
 use tempfile::TempDir;
+use trueweld_diagnose::diagnose;
+use trueweld_estimate::fit::FitProblem;
+use trueweld_estimate::predict::{BaselineModel, ComparedQuantity, PreparedLog};
+use trueweld_estimate::residuals::compare::{baseline, experiments};
 use trueweld_laboratory::{Protocol, Recipe, effect};
-use trueweld_measure::data::campaign::Campaign;
-use trueweld_measure::data::log::{Log, LogKind};
-use trueweld_measure::data::noise::instruments;
-use trueweld_measure::diagnose::diagnose;
-use trueweld_measure::fit::FitProblem;
-use trueweld_measure::predict::{BaselineModel, ComparedQuantity, PreparedLog};
-use trueweld_measure::residuals::compare::{baseline, experiments};
+use trueweld_logs::campaign::Campaign;
+use trueweld_logs::log::{Log, LogKind};
+use trueweld_logs::noise::instruments;
 use trueweld_plant::effects::{Effect, Location};
 use trueweld_plant::input::ModelFile;
 use trueweld_plant::random::Random;

@@ -3,10 +3,10 @@
 //! Cases and seeds were chosen before they were run, but for those of usual length: rules were set on
 //! them.
 
+use trueweld_diagnose::{DiagnosisVerdict, FittedEffect, diagnose};
 use trueweld_laboratory::{
     CorpusCase, Hidden, OutOfLibrary, OutOfLibraryKind, Protocol, ProtocolFile, Recipe,
 };
-use trueweld_measure::diagnose::{DiagnosisVerdict, FittedEffect, diagnose};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_tests::corpus::{Judged, Outcome, examine, recorded};
 use trueweld_tests::outside;

@@ -3,13 +3,13 @@
 //! methods of its own, and knows neither the curve nor the grammar.
 
 use trueweld_core::JointVector;
+use trueweld_diagnose::discover::{Discovery, Hypothesis, discover, settling_experiment};
+use trueweld_diagnose::experiment::{Plan, Procedure, TOLD_APART};
+use trueweld_diagnose::{Diagnosis, DiagnosisVerdict, FittedEffect, diagnose};
+use trueweld_estimate::fit::FitProblem;
+use trueweld_estimate::residuals::compare::{baseline, experiments};
 use trueweld_laboratory::{LogPlan, PlannedLog, Protocol, ProtocolFile, Recipe, Waypoint, effect};
-use trueweld_measure::data::campaign::Campaign;
-use trueweld_measure::diagnose::{Diagnosis, DiagnosisVerdict, FittedEffect, diagnose};
-use trueweld_measure::discover::{Discovery, Hypothesis, discover, settling_experiment};
-use trueweld_measure::experiment::{Plan, Procedure, TOLD_APART};
-use trueweld_measure::fit::FitProblem;
-use trueweld_measure::residuals::compare::{baseline, experiments};
+use trueweld_logs::campaign::Campaign;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::ModelFile;
 use trueweld_tests::corpus::{ready, recorded};

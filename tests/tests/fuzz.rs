@@ -1,5 +1,5 @@
 //! No bytes whatever make a reader of settings panic, hang or take a gigabyte. Files of samples are
-//! in `sim-host/measure/tests/formats.rs`.
+//! in `sim-host/logs/tests/formats.rs`.
 //!
 //! A short run is part of the ordinary tests. The long one, 10⁷ a reader, in memory (an effect of
 //! one's own stays until the program ends, so `models` is run in ten parts):
@@ -11,8 +11,8 @@
 use std::fs;
 use std::path::Path;
 use trueweld_evaluate::Requirements;
-use trueweld_measure::data::campaign::{CAMPAIGN_FILE, Campaign};
-use trueweld_measure::data::log::{LOG_FILE, Log};
+use trueweld_logs::campaign::{CAMPAIGN_FILE, Campaign};
+use trueweld_logs::log::{LOG_FILE, Log};
 use trueweld_plant::input::{
     Control, InputError, InputFile, ModelFile, Process, RobotFile, Sensors, TomlDocument, Weld,
     import_urdf_text,

@@ -2,11 +2,11 @@
 //! is called none, and what is named beside it is what is named without it. One calibration that is
 //! far larger than any is named for what it is, and not for others that act as it does.
 
+use trueweld_diagnose::{DiagnosisVerdict, diagnose};
+use trueweld_estimate::fit::calibration::calibrations;
+use trueweld_estimate::fit::{EffectScope, residuals, slopes};
+use trueweld_estimate::predict::Prediction;
 use trueweld_laboratory::{CorpusCase, Hidden, Protocol, Recipe};
-use trueweld_measure::diagnose::{DiagnosisVerdict, diagnose};
-use trueweld_measure::fit::calibration::calibrations;
-use trueweld_measure::fit::{EffectScope, residuals, slopes};
-use trueweld_measure::predict::Prediction;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_tests::LABORATORY;
 use trueweld_tests::corpus::{Judged, Outcome, examine, ready};
@@ -110,7 +110,7 @@ fn slopes_by_the_geometry_are_those_of_the_whole_prediction() {
         let EffectScope::Shared(index) = free.of else { panic!("one value for all logs") };
         let mut moved = point.clone();
         let parameter = &kind.parameters[free.parameter];
-        moved.shared[index].values[free.parameter] += trueweld_measure::fit::unit(parameter, 0.0);
+        moved.shared[index].values[free.parameter] += trueweld_estimate::fit::unit(parameter, 0.0);
         let there = residuals(problem, &moved).expect("predicted");
         for (log, experiment) in problem.logs.iter().enumerate() {
             let Some(slope) = &slopes[log] else { panic!("{} sees it", experiment.name) };

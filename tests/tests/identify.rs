@@ -1,8 +1,8 @@
 //! What is identified from logs: numbers off by a factor of two, and an independent simulator's.
 
-use trueweld_identify::{IdentificationTarget, IdentifyError, identify};
-use trueweld_measure::data::campaign::read_logs;
-use trueweld_measure::residuals::compare::Notice;
+use trueweld_estimate::identify::{IdentificationTarget, IdentifyError, identify};
+use trueweld_estimate::residuals::compare::Notice;
+use trueweld_logs::campaign::read_logs;
 use trueweld_plant::input::ModelFile;
 use trueweld_tests::fixture;
 use trueweld_tests::identified::{Case, Seen, examine};

@@ -1,8 +1,8 @@
 //! The intervals that a diagnosis states of the calibrations it keeps hold what is true, although it
 //! leaves out those that do not count.
 
+use trueweld_diagnose::diagnose;
 use trueweld_laboratory::{Protocol, Recipe};
-use trueweld_measure::diagnose::diagnose;
 use trueweld_plant::effects::Effect;
 use trueweld_tests::corpus::ready;
 

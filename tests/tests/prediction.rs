@@ -3,10 +3,10 @@
 
 use std::collections::BTreeMap;
 use std::slice;
+use trueweld_diagnose::{DiagnosisVerdict, diagnose};
+use trueweld_estimate::predict::{ComparedQuantity, Prediction, PreparedLog};
 use trueweld_laboratory::{Protocol, Recipe, effect};
-use trueweld_measure::data::log::LogKind;
-use trueweld_measure::diagnose::{DiagnosisVerdict, diagnose};
-use trueweld_measure::predict::{ComparedQuantity, Prediction, PreparedLog};
+use trueweld_logs::log::LogKind;
 use trueweld_plant::effects::{Effect, Location, library};
 use trueweld_tests::LABORATORY;
 use trueweld_tests::corpus::{Ready, ready};

@@ -2,12 +2,12 @@
 //! sensor is named, or stands in a tie that is declared. The tool's depth goes through the contact
 //! with all of the tracker's noise, and the push rises within the first seconds.
 
+use trueweld_diagnose::discover::discover;
+use trueweld_diagnose::{DiagnosisVerdict, diagnose};
+use trueweld_estimate::fit::FitProblem;
+use trueweld_estimate::residuals::compare::{baseline, experiments};
 use trueweld_laboratory::ProtocolFile;
-use trueweld_measure::data::campaign::Campaign;
-use trueweld_measure::diagnose::{DiagnosisVerdict, diagnose};
-use trueweld_measure::discover::discover;
-use trueweld_measure::fit::FitProblem;
-use trueweld_measure::residuals::compare::{baseline, experiments};
+use trueweld_logs::campaign::Campaign;
 use trueweld_plant::input::ModelFile;
 use trueweld_tests::corpus::recorded;
 use trueweld_tests::fixture;

@@ -38,12 +38,14 @@ fn sentences(code: &str) -> Vec<String> {
 fn no_sentence_is_made_where_numbers_are() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sim-host");
     let mut all = Vec::new();
-    files(&root.join("measure/src"), &mut all);
+    for name in ["logs", "estimate", "diagnose"] {
+        files(&root.join(name).join("src"), &mut all);
+    }
     files(&root.join("evaluate/src"), &mut all);
     let of_input = |file: &Path| {
         [
-            "measure/src/data/log",
-            "measure/src/data/campaign.rs",
+            "logs/src/log",
+            "logs/src/campaign.rs",
             "evaluate/src/uncertain",
             "evaluate/src/requirements.rs",
         ]

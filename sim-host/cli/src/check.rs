@@ -9,8 +9,8 @@ use trueweld::is_same_file;
 use trueweld_core::JointVector;
 use trueweld_evaluate::Requirements;
 use trueweld_laboratory::ProtocolFile;
-use trueweld_measure::data::campaign::Campaign;
-use trueweld_measure::data::log::{LOG_FILE, Log};
+use trueweld_logs::campaign::Campaign;
+use trueweld_logs::log::{LOG_FILE, Log};
 use trueweld_output::json::{self, CheckResult, CheckedFile};
 use trueweld_output::log_notice_in_words;
 use trueweld_plant::input::{

@@ -6,8 +6,8 @@ use clap::Args;
 use miette::{IntoDiagnostic, Result};
 use std::path::{Path, PathBuf};
 use trueweld::{CellDiagnosis, diagnose};
+use trueweld_diagnose::experiment::Plan;
 use trueweld_laboratory::weld_file;
-use trueweld_measure::experiment::Plan;
 use trueweld_output::{DiagnoseReport, experiment_protocol};
 use trueweld_plant::input::ModelFile;
 

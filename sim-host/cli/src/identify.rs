@@ -7,8 +7,8 @@ use miette::{IntoDiagnostic, Result, miette};
 use nalgebra::Vector3;
 use std::path::PathBuf;
 use trueweld::{identify, measured_provenance};
-use trueweld_identify::plan::{PlanOptions, plan, protocol_text};
-use trueweld_identify::{IdentificationTarget, IdentifyError, file};
+use trueweld_estimate::identify::plan::{PlanOptions, plan, protocol_text};
+use trueweld_estimate::identify::{IdentificationTarget, IdentifyError, file};
 use trueweld_output::{
     IdentifyReport, MistakesReport, StiffnessPlanReport, identified_head, identified_source,
 };

@@ -5,7 +5,7 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
-use trueweld_measure::data::log::{LOG_FILE, LogKind, SAMPLES_FILE};
+use trueweld_logs::log::{LOG_FILE, LogKind, SAMPLES_FILE};
 use trueweld_plant::input::FILL_IN;
 
 /// Arguments of `init`.

@@ -6,7 +6,7 @@ use miette::{IntoDiagnostic, Result};
 use std::path::PathBuf;
 use trueweld::{measured_provenance, read_input};
 use trueweld_laboratory::ProtocolFile;
-use trueweld_measure::data::campaign::Campaign;
+use trueweld_logs::campaign::Campaign;
 use trueweld_output::RecordReport;
 use trueweld_plant::input::{Control, ModelFile, Sensors};
 use trueweld_plant::provenance::{EffectRecord, FileDigest};

@@ -6,10 +6,10 @@ use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::fs;
 use trueweld::{GivenLogs, measured_provenance};
-use trueweld_measure::align::align_clocks;
-use trueweld_measure::data::log::LOG_FILE;
-use trueweld_measure::mistakes::{find, registrations};
-use trueweld_measure::residuals::compare::baseline;
+use trueweld_estimate::align::align_clocks;
+use trueweld_estimate::mistakes::{find, registrations};
+use trueweld_estimate::residuals::compare::baseline;
+use trueweld_logs::log::LOG_FILE;
 use trueweld_output::{RegisterReport, tracker_table, write_file};
 
 /// Arguments of `register`.

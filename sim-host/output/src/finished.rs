@@ -2,6 +2,13 @@
 
 use std::path::Path;
 use trueweld_core::Robot;
+use trueweld_diagnose::discover::Discovery;
+use trueweld_diagnose::improve::Improvement;
+use trueweld_diagnose::{Diagnosis, Explanation, ExplanationReason};
+use trueweld_estimate::identify::Identification;
+use trueweld_estimate::identify::plan::{PlanOptions, StiffnessPlan};
+use trueweld_estimate::mistakes::{Found, Registered};
+use trueweld_estimate::residuals::compare::{Comparison, LogComparison, Notice};
 use trueweld_evaluate::certify::{CertifiedWeld, Verdict};
 use trueweld_evaluate::laws::{LawComparison, ScenarioSweep};
 use trueweld_evaluate::study::{
@@ -11,15 +18,8 @@ use trueweld_evaluate::study::{
 };
 use trueweld_evaluate::tune::{TunedController, TunedLaw, Tuning};
 use trueweld_evaluate::{StepFigures, UncertainCell, WeldFigures};
-use trueweld_identify::Identification;
-use trueweld_identify::plan::{PlanOptions, StiffnessPlan};
-use trueweld_measure::data::log::Log;
-use trueweld_measure::data::log::import::Proposal;
-use trueweld_measure::diagnose::{Diagnosis, Explanation, ExplanationReason};
-use trueweld_measure::discover::Discovery;
-use trueweld_measure::improve::Improvement;
-use trueweld_measure::mistakes::{Found, Registered};
-use trueweld_measure::residuals::compare::{Comparison, LogComparison, Notice};
+use trueweld_logs::log::Log;
+use trueweld_logs::log::import::Proposal;
 use trueweld_plant::input::{ModelFile, Posterior};
 use trueweld_plant::provenance::{FileDigest, Provenance};
 use trueweld_plant::simulate::Recording;

@@ -5,8 +5,8 @@ use crate::sample;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::path::PathBuf;
+use trueweld_diagnose::DiagnosisVerdict;
 use trueweld_evaluate::certify::{self, WeakPoint};
-use trueweld_measure::diagnose::DiagnosisVerdict;
 use trueweld_output::{
     CompareReport, ImproveReport, LawsReport, Report, StepReport, WeldReport, json,
 };

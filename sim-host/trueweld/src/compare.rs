@@ -2,7 +2,7 @@
 
 use crate::measured::MeasuredLogs;
 use miette::{IntoDiagnostic, Result};
-use trueweld_measure::residuals::compare::{self, Comparison};
+use trueweld_estimate::residuals::compare::{self, Comparison};
 
 /// Compares a model with logs: residuals in standard deviations of the noise, and under which
 /// conditions they are large. `done` is told the number of every log that is compared, from any

@@ -3,9 +3,9 @@
 use crate::measured::{ComparedLogs, MeasuredLogs, WorkProgress, after};
 use miette::{IntoDiagnostic, Result};
 use std::time::{Duration, Instant};
-use trueweld_measure::diagnose::{self, Diagnosis, Explanation, explain};
-use trueweld_measure::discover::{Discovery, discover, settling_experiment};
-use trueweld_measure::residuals::compare::{LogComparison, Notice};
+use trueweld_diagnose::discover::{Discovery, discover, settling_experiment};
+use trueweld_diagnose::{Diagnosis, Explanation, explain};
+use trueweld_estimate::residuals::compare::{LogComparison, Notice};
 
 /// Predictions of all logs that a diagnosis asks for: at least, where nothing is missing, and at
 /// most, where two effects are.
@@ -81,7 +81,7 @@ impl<'a> DiagnoseOptions<'a> {
             move |what: &str, share: f64| progress(WorkProgress::At(what, from + part * share))
         };
         let mut diagnosis =
-            diagnose::diagnose(problem, logs, &stage(0.0, 0.7)).into_diagnostic()?;
+            trueweld_diagnose::diagnose(problem, logs, &stage(0.0, 0.7)).into_diagnostic()?;
         let discovered = discover(problem, logs, &mut diagnosis, &stage(0.7, 0.15));
         let mut explanation = explain(problem, logs, &diagnosis, &stage(0.85, 0.15));
         if let Some(discovery) = discovered.first() {

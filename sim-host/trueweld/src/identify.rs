@@ -1,7 +1,7 @@
 //! Stiffness, damping or process of a cell from its logs, with intervals.
 
 use crate::measured::GivenLogs;
-use trueweld_identify::{Identification, IdentificationTarget, IdentifyError};
+use trueweld_estimate::identify::{Identification, IdentificationTarget, IdentifyError};
 
 /// Identifies numbers of a cell from logs, without a prior: joint stiffness, damping, or the welding
 /// process. `done` is told what is being done, and the share done of it.
@@ -24,5 +24,5 @@ pub fn identify(
     given: GivenLogs,
     done: &dyn Fn(&'static str, f64),
 ) -> Result<Identification, IdentifyError> {
-    trueweld_identify::identify(target, &given.model, given.logs, done)
+    trueweld_estimate::identify::identify(target, &given.model, given.logs, done)
 }

@@ -4,10 +4,10 @@ use crate::measured::{ComparedLogs, HeldOutLogs, MeasuredLogs, WorkProgress, aft
 use miette::{IntoDiagnostic, Result};
 use std::path::Path;
 use std::time::{Duration, Instant};
-use trueweld_measure::diagnose::{ExplanationReason, reason_of_best};
-use trueweld_measure::improve::{self, EffectOrigin, Improvement, model_file};
-use trueweld_measure::posterior::{not_bounded, posterior};
-use trueweld_measure::residuals::compare::{LogComparison, Notice};
+use trueweld_diagnose::improve::{self, EffectOrigin, Improvement, model_file};
+use trueweld_diagnose::posterior::{not_bounded, posterior};
+use trueweld_diagnose::{ExplanationReason, reason_of_best};
+use trueweld_estimate::residuals::compare::{LogComparison, Notice};
 use trueweld_plant::input::{Comments, ModelFile, Posterior, RobotFile};
 
 /// Predictions of all logs that an improvement asks for: at least, where nothing is missing, and at

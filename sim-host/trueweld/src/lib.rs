@@ -18,8 +18,10 @@
 //! | layer | crate |
 //! |---|---|
 //! | this page: files in, results out | `trueweld` |
-//! | figures, requirements, certificates; identification | [`evaluate`], [`identification`] |
-//! | logs, prediction, fit, diagnosis | [`measure`] |
+//! | figures, requirements, certificates | [`evaluate`] |
+//! | missing effects, the next experiment, the improved model | [`diagnosis`] |
+//! | prediction, residuals, fits, identification | [`estimate`] |
+//! | logs | [`logs`] |
 //! | simulated recordings | [`laboratory`] |
 //! | input files, effects, elastic robot, process, sensors | [`plant`] |
 //! | compensation laws | [`laws`] |
@@ -98,17 +100,18 @@ pub use simulate::{SimulateOptions, SimulatedWeld, SimulatedWelds, simulate};
 pub use miette::Result;
 #[doc(hidden)]
 pub use serde;
+pub use trueweld_estimate::identify::IdentificationTarget;
 pub use trueweld_evaluate::certify::{Certificate, CertificationOutcome, Repeat, Shard, Verdict};
-pub use trueweld_identify::IdentificationTarget;
 
 /// Laws: the trait to implement, and what it is made of.
 pub use trueweld_compensators as laws;
 /// What a law works with: robot, poses, observations.
 pub use trueweld_core as core;
+pub use trueweld_diagnose as diagnosis;
+pub use trueweld_estimate as estimate;
 pub use trueweld_evaluate as evaluate;
-pub use trueweld_identify as identification;
 pub use trueweld_laboratory as laboratory;
-pub use trueweld_measure as measure;
+pub use trueweld_logs as logs;
 pub use trueweld_plant as plant;
 pub use trueweld_plant::{effects, robot};
 

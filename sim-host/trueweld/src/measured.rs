@@ -5,18 +5,18 @@ use crate::provenance::of_program;
 use miette::{IntoDiagnostic, Result, miette};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use trueweld_measure::align::align_clocks;
-use trueweld_measure::data::campaign::read_logs;
-use trueweld_measure::data::log::Log;
-use trueweld_measure::diagnose::Diagnosis;
-use trueweld_measure::fit::{FitProblem, FitState, residuals};
-use trueweld_measure::improve::HeldOut;
-use trueweld_measure::mistakes::{Found, find};
-use trueweld_measure::predict::Prediction;
-use trueweld_measure::residuals::compare::{
+use trueweld_diagnose::Diagnosis;
+use trueweld_diagnose::improve::HeldOut;
+use trueweld_estimate::align::align_clocks;
+use trueweld_estimate::fit::{FitProblem, FitState, residuals};
+use trueweld_estimate::mistakes::{Found, find};
+use trueweld_estimate::predict::Prediction;
+use trueweld_estimate::residuals::compare::{
     LogComparison, Notice, baseline, notices, of_comparable, of_each_log, of_logs,
 };
-use trueweld_measure::residuals::single_load::single_loads;
+use trueweld_estimate::residuals::single_load::single_loads;
+use trueweld_logs::campaign::read_logs;
+use trueweld_logs::log::Log;
 use trueweld_plant::input::ModelFile;
 use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance};
 

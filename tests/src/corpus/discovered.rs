@@ -4,8 +4,8 @@ use crate::LABORATORY;
 use crate::outside::FreeFormEffect;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
+use trueweld_diagnose::discover::{Discovery, Hypothesis};
 use trueweld_laboratory::Hidden;
-use trueweld_measure::discover::{Discovery, Hypothesis};
 use trueweld_plant::effects::expression::Expression;
 
 /// A law that was found outside the library.

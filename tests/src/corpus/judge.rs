@@ -1,8 +1,8 @@
 //! What an answer is worth against the truth.
 
 use serde::{Deserialize, Serialize};
+use trueweld_diagnose::{Candidate, Diagnosis, DiagnosisVerdict};
 use trueweld_laboratory::{Hidden, Recipe};
-use trueweld_measure::diagnose::{Candidate, Diagnosis, DiagnosisVerdict};
 use trueweld_plant::effects::{Effect, Location};
 
 /// What came of one case, better ones first.

@@ -18,14 +18,14 @@ use crate::{LABORATORY, fixture};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Instant;
+use trueweld_diagnose::discover::discover;
+use trueweld_diagnose::{Diagnosis, DiagnosisVerdict, diagnose, fit_calibrations};
+use trueweld_estimate::fit::{self, FitProblem};
+use trueweld_estimate::predict::PredictError;
+use trueweld_estimate::residuals::compare::{baseline, experiments};
 use trueweld_laboratory::{CampaignError, CorpusCase, Hidden, ProtocolFile, Recipe};
-use trueweld_measure::data::campaign::Campaign;
-use trueweld_measure::data::log::Log;
-use trueweld_measure::diagnose::{self, Diagnosis, DiagnosisVerdict, diagnose, fit_calibrations};
-use trueweld_measure::discover::discover;
-use trueweld_measure::fit::{self, FitProblem};
-use trueweld_measure::predict::PredictError;
-use trueweld_measure::residuals::compare::{baseline, experiments};
+use trueweld_logs::campaign::Campaign;
+use trueweld_logs::log::Log;
 use trueweld_plant::effects::{Effect, Role};
 use trueweld_plant::input::{Control, InputError, InputFile, ModelFile, Sensors};
 
@@ -205,7 +205,7 @@ pub fn examine(case: &CorpusCase) -> Result<Judged, CorpusError> {
     let discovered = discovered.first();
     let named =
         diagnosis.candidates.first().filter(|_| diagnosis.verdict != DiagnosisVerdict::Adequate);
-    let null = diagnose::held_out_score(&diagnosis.null);
+    let null = trueweld_diagnose::held_out_score(&diagnosis.null);
     let after = discovered
         .map(|law| law.held_out_after)
         .or(named.map(|best| best.held_out_after))
@@ -218,7 +218,7 @@ pub fn examine(case: &CorpusCase) -> Result<Judged, CorpusError> {
         Some(fit_calibrations(&ready.problem, &fit::blocks_of(&ready.problem))?)
     };
     Ok(Judged {
-        scores: [null, after, with_the_truth.as_ref().map_or(null, diagnose::held_out_score)],
+        scores: [null, after, with_the_truth.as_ref().map_or(null, trueweld_diagnose::held_out_score)],
         truth_cost: with_the_truth.map(|fitted| fitted.cost),
         discovered: discovered.map(|law| DiscoveredLaw::of(law, &hidden)),
         ..judged

@@ -4,8 +4,8 @@ use super::{DiscoveredLaw, Judged, Named, Outcome};
 use crate::outside::FreeFormEffect;
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
+use trueweld_diagnose::rules;
 use trueweld_evaluate::Rate;
-use trueweld_measure::diagnose::rules;
 
 /// Ranges of how well something shows, in multiples of the limit of detection, and what they are
 /// called.
@@ -298,7 +298,7 @@ fn statements(judged: &Judged) -> Vec<(f64, bool)> {
 /// True where what is hidden, had it been known, fits better than the answer by more than a tie allows.
 fn told(j: &Judged) -> bool {
     j.truth_cost.is_some_and(|truth| {
-        j.answer_cost - truth > rules::TIED * trueweld_measure::AUTOCORRELATION_INFLATION
+        j.answer_cost - truth > rules::TIED * trueweld_estimate::AUTOCORRELATION_INFLATION
     })
 }
 

@@ -8,11 +8,11 @@ use super::{CorpusError, Ready, plausible, ready};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
+use trueweld_diagnose::rules;
+use trueweld_estimate::fit::calibration::{calibrations, is_calibration};
+use trueweld_estimate::fit::{self, FitState, Linear, Residuals, Slopes};
+use trueweld_estimate::predict::{Compared, Prediction};
 use trueweld_laboratory::{OutOfLibrary, Recipe};
-use trueweld_measure::diagnose::rules;
-use trueweld_measure::fit::calibration::{calibrations, is_calibration};
-use trueweld_measure::fit::{self, FitState, Linear, Residuals, Slopes};
-use trueweld_measure::predict::{Compared, Prediction};
 use trueweld_plant::effects::{Effect, Location};
 
 /// How well something shows.

@@ -8,9 +8,9 @@ use crate::words::finding::{category, sentence, series, variable, x_name, y_name
 use crate::{CompareReport, words};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use trueweld_measure::diagnose::Diagnosis;
-use trueweld_measure::residuals::compare::{ChannelComparison, LogComparison};
-use trueweld_measure::residuals::localize::{
+use trueweld_diagnose::Diagnosis;
+use trueweld_estimate::residuals::compare::{ChannelComparison, LogComparison};
+use trueweld_estimate::residuals::localize::{
     ConditionBin, Finding, MapAxis, ResidualMap, Statistic, foremost,
 };
 use trueweld_plant::provenance::Provenance;

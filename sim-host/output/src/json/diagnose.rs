@@ -13,8 +13,8 @@ use crate::words::experiment;
 use crate::{DiagnoseReport, words};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use trueweld_measure::diagnose::{Candidate, Diagnosis, ExplanationReason};
-use trueweld_measure::experiment::Plan;
+use trueweld_diagnose::experiment::Plan;
+use trueweld_diagnose::{Candidate, Diagnosis, ExplanationReason};
 use trueweld_plant::input::RobotFile;
 use trueweld_plant::provenance::Provenance;
 
@@ -158,7 +158,7 @@ impl DiagnoseResult {
     pub(crate) fn of(report: &DiagnoseReport<'_>) -> Self {
         let DiagnoseReport { diagnosis, explanation, model, before, .. } = *report;
         let robot = &model.robot;
-        let limit = |limit: &trueweld_measure::diagnose::EffectLimit| {
+        let limit = |limit: &trueweld_diagnose::EffectLimit| {
             let parameter = &limit.kind.parameters[limit.parameter];
             let EffectPlace { effect, at } = EffectPlace::of(limit.kind, limit.at, robot);
             DetectionLimit {
@@ -169,7 +169,7 @@ impl DiagnoseResult {
                 unit: parameter.unit.to_owned(),
             }
         };
-        let pair = |pair: &trueweld_measure::diagnose::Confusable| ConfusablePair {
+        let pair = |pair: &trueweld_diagnose::Confusable| ConfusablePair {
             first: EffectPlace::of(pair.first.0, pair.first.1, robot),
             second: EffectPlace::of(pair.second.0, pair.second.1, robot),
             alike: finite(pair.alike),
@@ -184,7 +184,7 @@ impl DiagnoseResult {
             verdict: diagnosis.verdict.name().to_owned(),
             sentence: report.headline(),
             score_before: finite(diagnosis.score_before),
-            score_calibrated: finite(trueweld_measure::diagnose::score(&diagnosis.null.residuals)),
+            score_calibrated: finite(trueweld_diagnose::score(&diagnosis.null.residuals)),
             score_after: finite(report.score_after()),
             candidates: candidates
                 .map(|(k, c)| {

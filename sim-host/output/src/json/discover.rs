@@ -6,7 +6,7 @@ use crate::words;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use trueweld_measure::discover::{Discovery, FreeSurface, Hypothesis};
+use trueweld_diagnose::discover::{Discovery, FreeSurface, Hypothesis};
 use trueweld_plant::input::RobotFile;
 
 /// A law outside the library: what is added at a port of the plant, over variables of the logs.

@@ -5,10 +5,10 @@ use crate::words::curve::{title, x_name, y_name};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use trueweld_measure::diagnose::FittedEffect;
-use trueweld_measure::diagnose::evidence::EffectCurve;
-use trueweld_measure::residuals::compare::LogComparison;
-use trueweld_measure::residuals::localize::ConditionBin;
+use trueweld_diagnose::FittedEffect;
+use trueweld_diagnose::evidence::EffectCurve;
+use trueweld_estimate::residuals::compare::LogComparison;
+use trueweld_estimate::residuals::localize::ConditionBin;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::RobotFile;
 

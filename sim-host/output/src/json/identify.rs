@@ -8,9 +8,9 @@ use crate::{IdentifyReport, StiffnessPlanReport};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-use trueweld_identify::plan::LoadKind;
-use trueweld_identify::{CurvePoint, Mode, Number, Section, StiffnessCurve, WeldPart};
-use trueweld_measure::HALF_95;
+use trueweld_estimate::identify::plan::LoadKind;
+use trueweld_estimate::identify::{CurvePoint, Mode, Number, Section, StiffnessCurve, WeldPart};
+use trueweld_logs::HALF_95;
 use trueweld_plant::provenance::Provenance;
 
 /// Numbers of a cell that were identified from logs.
@@ -295,14 +295,15 @@ impl StiffnessPlanResult {
     pub(crate) fn of(report: &StiffnessPlanReport<'_>) -> Self {
         let plan = report.plan;
         let half = |deviation: f64| finite(HALF_95 * deviation);
-        let load = |planned: &trueweld_identify::plan::PlannedLoad| PlannedStiffnessLoad {
-            posture_deg: planned.posture.map(f64::to_degrees).into(),
-            payload_kg: (planned.load == LoadKind::Payload).then_some(report.options.payload),
-            force_base_n: match planned.load {
-                LoadKind::Payload => None,
-                LoadKind::Push(force) => Some(force.into()),
-            },
-        };
+        let load =
+            |planned: &trueweld_estimate::identify::plan::PlannedLoad| PlannedStiffnessLoad {
+                posture_deg: planned.posture.map(f64::to_degrees).into(),
+                payload_kg: (planned.load == LoadKind::Payload).then_some(report.options.payload),
+                force_base_n: match planned.load {
+                    LoadKind::Payload => None,
+                    LoadKind::Push(force) => Some(force.into()),
+                },
+            };
         let expected = |(j, at): (usize, &String)| ExpectedStiffness {
             at: at.clone(),
             half_share: half(plan.deviations[j]),

@@ -4,8 +4,8 @@ use crate::ImportReport;
 use crate::words::import::left_out;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use trueweld_measure::data::log::channel_name;
-use trueweld_measure::data::log::import::{Doubt, ProposedColumn};
+use trueweld_logs::log::channel_name;
+use trueweld_logs::log::import::{Doubt, ProposedColumn};
 
 /// How files of unknown make are proposed to be read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

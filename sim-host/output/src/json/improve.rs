@@ -12,8 +12,8 @@ use crate::words::diagnose::undone;
 use crate::words::improve::not_kept;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use trueweld_measure::HALF_95;
-use trueweld_measure::diagnose::FittedEffect;
+use trueweld_diagnose::FittedEffect;
+use trueweld_logs::HALF_95;
 use trueweld_plant::input::{MeasuredNumber, Posterior, RobotFile};
 use trueweld_plant::provenance::Provenance;
 

@@ -4,7 +4,7 @@ use super::finite;
 use crate::words::mistakes::{change, place, sentence, target};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use trueweld_measure::mistakes::Mistake;
+use trueweld_estimate::mistakes::Mistake;
 
 /// A gross mistake in the files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

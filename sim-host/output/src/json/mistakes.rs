@@ -7,7 +7,7 @@ use super::mistake::FileMistake;
 use super::register::RegisteredTracker;
 use crate::{MistakesReport, words};
 use serde::Serialize;
-use trueweld_measure::diagnose::DiagnosisVerdict;
+use trueweld_diagnose::DiagnosisVerdict;
 
 /// Mistakes in the files, in the form of the command that found them.
 #[derive(Debug, Clone, PartialEq, Serialize)]

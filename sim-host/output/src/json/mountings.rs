@@ -3,7 +3,7 @@
 use super::finite;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use trueweld_measure::diagnose::Mountings;
+use trueweld_diagnose::Mountings;
 use trueweld_plant::effects::Location;
 use trueweld_plant::input::RobotFile;
 

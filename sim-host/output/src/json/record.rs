@@ -3,7 +3,7 @@
 use crate::RecordReport;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use trueweld_measure::data::log::Log;
+use trueweld_logs::log::Log;
 use trueweld_plant::provenance::Provenance;
 
 /// A campaign that was recorded of a simulated cell.

@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trueweld_core::Pose;
 use trueweld_core::spatial::rotation_vector;
-use trueweld_measure::mistakes::Registered;
-use trueweld_measure::residuals::compare::Notice;
+use trueweld_estimate::mistakes::Registered;
+use trueweld_estimate::residuals::compare::Notice;
 use trueweld_plant::provenance::Provenance;
 
 /// Where trackers stand.

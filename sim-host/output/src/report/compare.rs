@@ -12,10 +12,10 @@ use crate::samples::{self, BlockTable};
 use crate::words::compare::{TOLD_FINDINGS, headline, notes, setting};
 use crate::words::finding::{category, map_title, sentence, x_name, y_name};
 use crate::words::{Scale, fixed};
-use trueweld_measure::residuals::compare::{
+use trueweld_estimate::residuals::compare::{
     ChannelComparison, Comparison, LogComparison, NOISE_FLOOR_SCORE,
 };
-use trueweld_measure::residuals::localize::{ConditionBin, Finding, foremost};
+use trueweld_estimate::residuals::localize::{ConditionBin, Finding, foremost};
 
 /// Findings that are drawn.
 const DRAWN_FINDINGS: usize = 6;

@@ -15,9 +15,9 @@ use crate::words::diagnose::{
 };
 use crate::words::finding::map_title;
 use crate::words::{self, Scale, counted, probability, score, share};
-use trueweld_measure::diagnose::evidence::EffectCurve;
-use trueweld_measure::diagnose::{DiagnosisVerdict, ExplanationReason, FittedEffect};
-use trueweld_measure::residuals::localize::{ConditionBin, foremost};
+use trueweld_diagnose::evidence::EffectCurve;
+use trueweld_diagnose::{DiagnosisVerdict, ExplanationReason, FittedEffect};
+use trueweld_estimate::residuals::localize::{ConditionBin, foremost};
 use trueweld_plant::effects::CalibrationScope;
 use trueweld_plant::input::RobotFile;
 

@@ -3,8 +3,8 @@
 use crate::color::{self, Dash};
 use crate::document::{Marked, Picture, Plot, PlotLine};
 use crate::words::{self, Scale};
-use trueweld_measure::discover::{Discovery, FreeCurve, FreeSurface, Hypothesis, LikeEffect};
-use trueweld_measure::residuals::localize::ConditionBin;
+use trueweld_diagnose::discover::{Discovery, FreeCurve, FreeSurface, Hypothesis, LikeEffect};
+use trueweld_estimate::residuals::localize::ConditionBin;
 use trueweld_plant::effects::table::interpolate;
 use trueweld_plant::input::RobotFile;
 

@@ -11,7 +11,7 @@ use crate::words::identify::{
 use crate::words::{digits, fixed, score, share, signed_share};
 use crate::{IdentifyReport, StiffnessPlanReport};
 use std::f64::consts::TAU;
-use trueweld_identify::{IdentificationTarget, StiffnessCurve};
+use trueweld_estimate::identify::{IdentificationTarget, StiffnessCurve};
 
 impl Report for IdentifyReport<'_> {
     type Json = IdentifyResult;
@@ -52,7 +52,7 @@ impl IdentifyReport<'_> {
             IdentificationTarget::Process => {}
         }
         let joints = &self.model.robot.joint_names;
-        let row = |n: &trueweld_identify::Number| {
+        let row = |n: &trueweld_estimate::identify::Number| {
             let change = match n.interval {
                 Some(_) if n.unit == "rad" || n.given.is_nan() || n.given == 0.0 => String::new(),
                 Some(_) => signed_share(n.value / n.given - 1.0),
@@ -88,7 +88,7 @@ impl IdentifyReport<'_> {
 
     fn modes(&self) -> Table {
         let names = &self.model.robot.joint_names;
-        let row = |m: &trueweld_identify::Mode| {
+        let row = |m: &trueweld_estimate::identify::Mode| {
             vec![
                 words(m.log.clone()),
                 number(fixed(m.natural / TAU, 2)),
@@ -116,7 +116,7 @@ impl IdentifyReport<'_> {
     }
 
     fn sections(&self) -> Table {
-        let row = |s: &trueweld_identify::Section| {
+        let row = |s: &trueweld_estimate::identify::Section| {
             vec![
                 words(s.log.clone()),
                 words(part(s)),
@@ -135,7 +135,7 @@ impl IdentifyReport<'_> {
         if numbers.len() < 2 {
             return Table::default();
         }
-        let label = |n: &trueweld_identify::Number| {
+        let label = |n: &trueweld_estimate::identify::Number| {
             if n.at.is_empty() { n.name.clone() } else { n.at.clone() }
         };
         let mut head = vec![words("")];
@@ -156,13 +156,17 @@ impl IdentifyReport<'_> {
         let joint = &self.model.robot.joint_names[curve.joint];
         let stiffness = self.found.model.robot.parameters.joints[curve.joint].stiffness;
         let ends = [curve.points.first(), curve.points.last()].map(|p| p.map_or(0.0, |p| p.torque));
-        let line = |name: &str, color, dash, of: &dyn Fn(&trueweld_identify::CurvePoint) -> f64| {
-            let points = curve.points.iter().map(|p| {
-                let value = of(p) * 1e-6;
-                (p.torque * 1e-3, if value.is_finite() { value } else { f64::NAN })
-            });
-            PlotLine { name: name.to_owned(), color, dash, points: points.collect() }
-        };
+        let line =
+            |name: &str,
+             color,
+             dash,
+             of: &dyn Fn(&trueweld_estimate::identify::CurvePoint) -> f64| {
+                let points = curve.points.iter().map(|p| {
+                    let value = of(p) * 1e-6;
+                    (p.torque * 1e-3, if value.is_finite() { value } else { f64::NAN })
+                });
+                PlotLine { name: name.to_owned(), color, dash, points: points.collect() }
+            };
         let plot = Plot {
             x_label: "spring torque, kN·m".to_owned(),
             y_label: "stiffness, MN·m/rad".to_owned(),
@@ -212,7 +216,7 @@ impl Report for StiffnessPlanReport<'_> {
         let degrees = |q: &trueweld_core::JointVector<f64>| {
             q.iter().map(|a| number(fixed(a.to_degrees(), 0))).collect::<Vec<_>>()
         };
-        let row = |(k, planned): (usize, &trueweld_identify::plan::PlannedLoad)| {
+        let row = |(k, planned): (usize, &trueweld_estimate::identify::plan::PlannedLoad)| {
             let mut row = vec![words((k + 1).to_string())];
             row.extend(degrees(&planned.posture));
             row.push(words(load(self, planned)));

@@ -5,7 +5,7 @@ use crate::ImportReport;
 use crate::document::{Block, Document, Medium, Table, Tone, number, words};
 use crate::json::ImportResult;
 use crate::words::import::{bases, doubts, headline};
-use trueweld_measure::data::log::channel_name;
+use trueweld_logs::log::channel_name;
 
 impl Report for ImportReport<'_> {
     type Json = ImportResult;

@@ -10,7 +10,7 @@ use crate::json::{ImproveResult, PosteriorNumber};
 use crate::samples::{self, BlockTable};
 use crate::words::diagnose::{CURVES, INCOMPLETE_HEADING, remains, undone};
 use crate::words::{condensed, digits, score};
-use trueweld_measure::diagnose::DiagnosisVerdict;
+use trueweld_diagnose::DiagnosisVerdict;
 
 impl Report for ImproveReport<'_> {
     type Json = ImproveResult;
@@ -100,7 +100,7 @@ impl ImproveReport<'_> {
         let highest = steps.iter().flat_map(|s| [s.score, s.held_out]).fold(2.0, f64::max);
         let cell = |value: f64| number(score(value)).with_bar(score_bar(value, highest));
         let row = |(k, step): (usize, _)| {
-            let step: &trueweld_measure::improve::ImprovementStep = step;
+            let step: &trueweld_diagnose::improve::ImprovementStep = step;
             vec![words(self.step(k)), cell(step.score), cell(step.held_out)]
         };
         let head = vec![words("score"), number("logs fitted"), number("not fitted")];

@@ -4,8 +4,8 @@ use crate::color::{self, Dash, REFERENCE, Rgb};
 use crate::document::{Bar, Picture, Plot, PlotLine, Table, number, words};
 use crate::words::finding::{category, variable};
 use crate::words::{Scale, fixed};
-use trueweld_measure::residuals::compare::{LogComparison, Trace};
-use trueweld_measure::residuals::localize::{Finding, MapAxis, ResidualMap};
+use trueweld_estimate::residuals::compare::{LogComparison, Trace};
+use trueweld_estimate::residuals::localize::{Finding, MapAxis, ResidualMap};
 
 /// Columns drawn before and after.
 pub(super) const BEFORE_AND_AFTER_COLUMNS: usize = 4;

@@ -16,8 +16,8 @@ use re_sdk_types::archetypes::{
 use re_sdk_types::components::{MediaType, TextLogLevel};
 use std::io::Write;
 use std::path::Path;
-use trueweld_measure::residuals::compare::{ChannelComparison, Comparison, LogComparison, Trace};
-use trueweld_measure::residuals::localize::foremost;
+use trueweld_estimate::residuals::compare::{ChannelComparison, Comparison, LogComparison, Trace};
+use trueweld_estimate::residuals::localize::foremost;
 
 /// Points of a drawn way.
 const WAY_POINTS: usize = 600;

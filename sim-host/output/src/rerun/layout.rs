@@ -20,7 +20,7 @@ use re_sdk_types::datatypes::{
 };
 use std::io::Write;
 use trueweld_core::JOINTS;
-use trueweld_measure::residuals::compare::LogComparison;
+use trueweld_estimate::residuals::compare::LogComparison;
 use trueweld_plant::simulate::{Phase, RecordRow};
 
 /// Time shown before a step, s.

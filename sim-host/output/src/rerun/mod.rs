@@ -29,7 +29,7 @@ use re_sdk_types::archetypes::TextDocument;
 use re_sdk_types::components::MediaType;
 use shown::{Beside, DrawnRun, ORIGIN};
 use std::path::Path;
-use trueweld_measure::residuals::compare::LogComparison;
+use trueweld_estimate::residuals::compare::LogComparison;
 use trueweld_plant::simulate::{Recording, limit_spans};
 use writer::{RecordError, Store, Writer};
 
@@ -158,7 +158,7 @@ pub(crate) fn improve_recording(
     document: &Document,
 ) -> Result<(), OutputError> {
     let steps = improved.improvement.steps.iter().enumerate();
-    let step = |(k, step): (usize, &trueweld_measure::improve::ImprovementStep)| {
+    let step = |(k, step): (usize, &trueweld_diagnose::improve::ImprovementStep)| {
         format!(
             "{}: score {:.3}, where nothing was fitted {:.3}",
             improved.step(k),

@@ -103,7 +103,7 @@ fn a_recording_says_what_it_is_of_and_which_limit_was_hit_when() {
     let compared = CompareReport { model, comparison: &comparison, provenance: &provenance };
     compared.record(&path).unwrap();
     assert!(text(&path, ORIGIN).contains("backlash at A5"));
-    let parts = sample::diagnosis(trueweld_measure::diagnose::DiagnosisVerdict::EffectFound);
+    let parts = sample::diagnosis(trueweld_diagnose::DiagnosisVerdict::EffectFound);
     parts.diagnosed().record(&path).unwrap();
     assert!(text(&path, ORIGIN).contains("vertical.toml"));
 }
@@ -258,7 +258,7 @@ fn a_comparison_holds_the_way_and_the_difference_of_every_column_and_is_the_same
 fn a_diagnosis_holds_three_ways_of_the_tool_and_differences_before_and_after() {
     let directory = tempfile::tempdir().unwrap();
     let [path, again] = ["a.rrd", "b.rrd"].map(|name| directory.path().join(name));
-    let parts = sample::diagnosis(trueweld_measure::diagnose::DiagnosisVerdict::EffectFound);
+    let parts = sample::diagnosis(trueweld_diagnose::DiagnosisVerdict::EffectFound);
     parts.diagnosed().record(&path).unwrap();
     let (rows, chunks, activations) = read(&path, "/1_free/difference/tcp_position/after");
     assert_eq!(activations, 1);

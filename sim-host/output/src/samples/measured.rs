@@ -1,7 +1,7 @@
 //! Samples of logs beside what models predict of them, long: a row for every value.
 
 use super::{BlockTable, ColumnValues};
-use trueweld_measure::residuals::compare::{LogComparison, Trace};
+use trueweld_estimate::residuals::compare::{LogComparison, Trace};
 
 /// Columns of words, and of numbers in the unit of the row.
 const WORD_COLUMNS: [&str; 7] = ["model", "role", "log", "kind", "channel", "column", "unit"];

@@ -187,7 +187,7 @@ mod tests {
         let welds = sample::welds(300);
         let runs = welds.runs();
         let weld = WeldReport { runs: &runs, exaggeration: 1.0, provenance: sample::provenance() };
-        let parts = sample::diagnosis(trueweld_measure::diagnose::DiagnosisVerdict::EffectFound);
+        let parts = sample::diagnosis(trueweld_diagnose::DiagnosisVerdict::EffectFound);
         let both = |name: &str, write: &dyn Fn(&Path)| {
             let [csv, parquet] =
                 ["csv", "parquet"].map(|e| folder.path().join(name).with_extension(e));

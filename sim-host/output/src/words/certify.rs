@@ -3,13 +3,13 @@
 use super::requirement::{label, reason, shown, under};
 use super::{Scale, condensed, counted, digits, fixed, listed, score, share};
 use crate::CertifyReport;
+use trueweld_estimate::residuals::compare::NOISE_FLOOR_SCORE;
 use trueweld_evaluate::WELD_PHASES;
 use trueweld_evaluate::certify::{
     AcceptedFault, CertifiedWeld, Evidence, EvidenceKind, FaultTrial, Reason, Requirement,
     SampledCell, Sensitivity, ShownKind, Trend, Trial, Verdict, WeakPoint, WeldPlan,
 };
 use trueweld_evaluate::{Distribution, UncertainCell};
-use trueweld_measure::residuals::compare::NOISE_FLOOR_SCORE;
 
 /// The verdict in a sentence.
 pub(crate) fn headline(report: &CertifyReport<'_>) -> String {

@@ -3,10 +3,10 @@
 use super::diagnose::spoken;
 use super::{Scale, counted, digits, listed, score};
 use std::path::Path;
-use trueweld_measure::data::noise::Scatter;
-use trueweld_measure::residuals::compare::{
+use trueweld_estimate::residuals::compare::{
     ChannelComparison, Comparison, LogComparison, NOISE_FLOOR_SCORE, Notice,
 };
+use trueweld_logs::noise::Scatter;
 use trueweld_plant::effects::{Effect, Parameter};
 
 /// Findings that are told in words.
@@ -149,9 +149,9 @@ fn scatter(of: &Scatter) -> String {
 #[cfg(test)]
 mod tests {
     use super::notice;
-    use trueweld_measure::data::channel::LogChannel;
-    use trueweld_measure::data::noise::Scatter;
-    use trueweld_measure::residuals::compare::Notice;
+    use trueweld_estimate::residuals::compare::Notice;
+    use trueweld_logs::channel::LogChannel;
+    use trueweld_logs::noise::Scatter;
 
     #[test]
     fn noise_that_is_not_as_stated_is_told_with_its_line() {

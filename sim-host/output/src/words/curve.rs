@@ -1,7 +1,7 @@
 //! What the curve of an effect shows.
 
 use super::finding::{direction, series};
-use trueweld_measure::diagnose::evidence::{Abscissa, EffectCurve, Ordinate};
+use trueweld_diagnose::evidence::{Abscissa, EffectCurve, Ordinate};
 
 /// What is shown.
 pub(crate) fn title(curve: &EffectCurve, joints: &[String]) -> String {

@@ -6,13 +6,13 @@ use super::{
     share,
 };
 use crate::DiagnoseReport;
-use trueweld_measure::diagnose::{
+use trueweld_diagnose::experiment::TOLD_APART;
+use trueweld_diagnose::{
     Candidate, Confusable, Diagnosis, DiagnosisVerdict, EffectLimit, ExplanationReason,
     FittedEffect, Incomplete, Mountings,
 };
-use trueweld_measure::experiment::TOLD_APART;
-use trueweld_measure::residuals::compare::{LogComparison, NOISE_FLOOR_SCORE};
-use trueweld_measure::residuals::localize::{Finding, foremost};
+use trueweld_estimate::residuals::compare::{LogComparison, NOISE_FLOOR_SCORE};
+use trueweld_estimate::residuals::localize::{Finding, foremost};
 use trueweld_plant::effects::{Action, Effect, EffectKind, Location, Parameter};
 use trueweld_plant::input::{ModelFile, RobotFile, unit_suffix};
 
@@ -182,7 +182,7 @@ pub(crate) fn verdict(
     let best = diagnosis.candidates.first();
     // What the calibrations do, where they are the finding: without what explains the rest in part.
     let alone = if diagnosis.chosen.is_empty() { &diagnosis.improved } else { &diagnosis.null };
-    let after = trueweld_measure::diagnose::score(&alone.residuals);
+    let after = trueweld_diagnose::score(&alone.residuals);
     let off = calibrations(&diagnosis.calibration, robot);
     let calibrated = (!off.is_empty() && after < FALL * diagnosis.score_before).then(|| {
         format!(
@@ -319,7 +319,7 @@ impl DiagnoseReport<'_> {
 
     /// Score of the logs with the best explanation and the calibrations that count.
     pub(crate) fn score_after(&self) -> f64 {
-        trueweld_measure::diagnose::score(&self.diagnosis.improved.residuals)
+        trueweld_diagnose::score(&self.diagnosis.improved.residuals)
     }
 
     /// Name of a log.

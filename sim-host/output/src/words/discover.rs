@@ -2,8 +2,8 @@
 
 use super::effects::capital;
 use super::{Scale, digits, listed, score, share};
-use trueweld_measure::diagnose::FittedEffect;
-use trueweld_measure::discover::{DISCOVERED, Discovery, Hypothesis, LikeEffect};
+use trueweld_diagnose::FittedEffect;
+use trueweld_diagnose::discover::{DISCOVERED, Discovery, Hypothesis, LikeEffect};
 use trueweld_plant::effects::{Action, Effect, Location};
 use trueweld_plant::input::RobotFile;
 

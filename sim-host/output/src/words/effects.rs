@@ -2,8 +2,8 @@
 //! values, and why it is believed.
 
 use super::{Scale, fixed, listed, probability, score, score_change};
-use trueweld_measure::data::log::LogKind;
-use trueweld_measure::diagnose::{Candidate, ExplanationReason, FittedEffect};
+use trueweld_diagnose::{Candidate, ExplanationReason, FittedEffect};
+use trueweld_logs::log::LogKind;
 use trueweld_plant::effects::Location;
 use trueweld_plant::input::RobotFile;
 use trueweld_plant::robot::Channel;
@@ -165,7 +165,7 @@ fn instrument(at: Location) -> &'static str {
 mod tests {
     use super::*;
     use crate::sample;
-    use trueweld_measure::diagnose::DiagnosisVerdict;
+    use trueweld_diagnose::DiagnosisVerdict;
     use trueweld_plant::effects::{Effect, EffectKind, Role, library};
 
     fn found(kind: &'static EffectKind, values: Vec<f64>) -> FittedEffect {

@@ -2,11 +2,11 @@
 //! tell.
 
 use trueweld_core::JOINTS;
-use trueweld_measure::data::log::LogKind;
-use trueweld_measure::experiment::{
+use trueweld_diagnose::experiment::{
     Changed, Excitation, PEAK, PROCEDURE_DWELL, Plan, PlanRow, Procedure, STOP_BRAKE_ONSET,
     STOP_RECORDING_TIME, TOLD_APART,
 };
+use trueweld_logs::log::LogKind;
 
 const AXIS_LETTERS: [&str; 3] = ["x", "y", "z"];
 

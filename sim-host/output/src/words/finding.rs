@@ -1,8 +1,8 @@
 //! What is said of a residual that follows a condition.
 
 use super::{Scale, listed, share};
-use trueweld_measure::predict::ComparedQuantity;
-use trueweld_measure::residuals::localize::{
+use trueweld_estimate::predict::ComparedQuantity;
+use trueweld_estimate::residuals::localize::{
     ARRANGEMENTS, Category, Finding, ResidualMap, RowCondition, Statistic,
 };
 

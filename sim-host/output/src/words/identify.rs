@@ -2,11 +2,11 @@
 
 use super::{Scale, counted, digits, fixed, listed, score, share, signed_share};
 use crate::{IdentifyReport, StiffnessPlanReport};
-use trueweld_identify::plan::{LoadKind, PlannedLoad};
-use trueweld_identify::{
+use trueweld_estimate::identify::plan::{LoadKind, PlannedLoad};
+use trueweld_estimate::identify::{
     Identification, IdentificationTarget, Mode, Number, Section, StiffnessCurve, WeldPart,
 };
-use trueweld_measure::HALF_95;
+use trueweld_logs::HALF_95;
 
 /// Score from which on the model itself counts as not fitting: a third above the noise.
 const MISFIT: f64 = 1.3;

@@ -1,12 +1,10 @@
 //! What is said of files of unknown make, and the `log.toml` that reads them.
 
 use super::{Scale, counted, listed};
-use trueweld_measure::HALF_95;
-use trueweld_measure::data::log::import::{
-    Doubt, LeftOut, Proposal, ProposalBasis, ProposedColumn,
-};
-use trueweld_measure::data::log::units::unit_named;
-use trueweld_measure::data::log::{channel_name, dimension};
+use trueweld_logs::HALF_95;
+use trueweld_logs::log::import::{Doubt, LeftOut, Proposal, ProposalBasis, ProposedColumn};
+use trueweld_logs::log::units::unit_named;
+use trueweld_logs::log::{channel_name, dimension};
 use trueweld_plant::input::FILL_IN;
 
 /// What to do about what is not known.

@@ -5,8 +5,8 @@ use super::diagnose::{
 };
 use super::{discover, listed, probability, score, score_change};
 use crate::ImproveReport;
-use trueweld_measure::diagnose::{DiagnosisVerdict, FittedEffect};
-use trueweld_measure::improve::{ImprovementStep, Rejected, Rejection};
+use trueweld_diagnose::improve::{ImprovementStep, Rejected, Rejection};
+use trueweld_diagnose::{DiagnosisVerdict, FittedEffect};
 use trueweld_plant::input::RobotFile;
 
 impl ImproveReport<'_> {

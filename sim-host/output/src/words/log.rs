@@ -2,7 +2,7 @@
 
 use super::{Scale, counted};
 use std::fmt::Display;
-use trueweld_measure::data::log::LogNotice;
+use trueweld_logs::log::LogNotice;
 
 /// A file of a hundred columns need not be listed.
 const LISTED_COLUMNS_MAX: usize = 12;
@@ -137,7 +137,7 @@ fn named<T: Display>(columns: impl IntoIterator<Item = T>) -> String {
 #[cfg(test)]
 mod tests {
     use super::notice;
-    use trueweld_measure::data::log::{LogKind, LogNotice};
+    use trueweld_logs::log::{LogKind, LogNotice};
 
     #[test]
     fn every_notice_is_one_clause() {

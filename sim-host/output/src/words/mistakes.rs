@@ -4,11 +4,11 @@ use super::{Scale, listed};
 use crate::words::register::half;
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::rotation_vector;
-use trueweld_measure::data::channel::LogChannel;
-use trueweld_measure::data::log::ColumnMapping;
-use trueweld_measure::mistakes::{
+use trueweld_estimate::mistakes::{
     ColumnLines, Found, Mistake, MistakeKind, Registered, Remedy, WrenchFrame,
 };
+use trueweld_logs::channel::LogChannel;
+use trueweld_logs::log::ColumnMapping;
 
 /// The finding, first of all that is said.
 pub(crate) fn headline(found: &Found, joints: &[String]) -> String {

@@ -1,9 +1,9 @@
 //! Comments of an improved model file: where each number comes from.
 
-use trueweld_measure::data::log::Log;
-use trueweld_measure::diagnose::FittedEffect;
-use trueweld_measure::fit::calibration::is_calibration;
-use trueweld_measure::improve::{EffectOrigin, Improvement};
+use trueweld_diagnose::FittedEffect;
+use trueweld_diagnose::improve::{EffectOrigin, Improvement};
+use trueweld_estimate::fit::calibration::is_calibration;
+use trueweld_logs::log::Log;
 use trueweld_plant::input::{Comments, EffectComments, ModelFile};
 
 /// Comments of the model that `improvement` made of `given` with `logs`. `origins`: of its effects,

@@ -3,8 +3,8 @@
 use super::{Scale, counted, listed};
 use trueweld_core::Pose;
 use trueweld_core::spatial::rotation_vector;
-use trueweld_measure::mistakes::Registered;
-use trueweld_measure::register::Mounting;
+use trueweld_estimate::mistakes::Registered;
+use trueweld_logs::register::Mounting;
 
 /// The finding in a sentence or two.
 pub(crate) fn headline(registered: &[Registered]) -> String {

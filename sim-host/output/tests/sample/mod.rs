@@ -14,6 +14,21 @@ use trueweld_core::{
     Counterbalance, Friction, JointParameters, JointVector, Pose, Robot, RobotParameters,
     ToolParameters, Twist, Wrench,
 };
+use trueweld_diagnose::evidence::{Abscissa, EffectCurve, Ordinate};
+use trueweld_diagnose::experiment::{Channels, Excitation, Plan, PlanRow, Procedure};
+use trueweld_diagnose::improve::{Improvement, ImprovementStep, Rejected, Rejection};
+use trueweld_diagnose::{
+    Candidate, Confusable, Diagnosis, DiagnosisVerdict, EffectLimit, Explanation,
+    ExplanationReason, FittedEffect, ImprovedChannel,
+};
+use trueweld_estimate::fit::{FitState, Fitted, HeldOutPrior, Linear, Termination};
+use trueweld_estimate::predict::{ComparedQuantity, Prediction};
+use trueweld_estimate::residuals::compare::{
+    ChannelComparison, Comparison, LogComparison, Notice, Trace,
+};
+use trueweld_estimate::residuals::localize::{
+    Category, ConditionBin, ConditionCurve, Finding, MapAxis, ResidualMap, RowCondition, Statistic,
+};
 use trueweld_evaluate::certify::{
     CertifiedWeld, Evidence, FAULT_FIGURES, FaultTrial, Influence, LimitedFigure, Oscillation,
     SampledCell, Sensitivity, ShownKind, ShownRun, Symptoms, Trend, Trial, WeldPlan, WorstCase,
@@ -26,22 +41,7 @@ use trueweld_evaluate::margins::{
     Condition, FrictionSlope, LOOP_CHANNELS, Margin, Margins, OperatingPoint, Passivity,
 };
 use trueweld_evaluate::{Requirements, StepFigures, UncertainCell, WELD_FIGURES, WeldFigures};
-use trueweld_measure::data::log::{Log, LogKind, LogNotice};
-use trueweld_measure::diagnose::evidence::{Abscissa, EffectCurve, Ordinate};
-use trueweld_measure::diagnose::{
-    Candidate, Confusable, Diagnosis, DiagnosisVerdict, EffectLimit, Explanation,
-    ExplanationReason, FittedEffect, ImprovedChannel,
-};
-use trueweld_measure::experiment::{Channels, Excitation, Plan, PlanRow, Procedure};
-use trueweld_measure::fit::{FitState, Fitted, HeldOutPrior, Linear, Termination};
-use trueweld_measure::improve::{Improvement, ImprovementStep, Rejected, Rejection};
-use trueweld_measure::predict::{ComparedQuantity, Prediction};
-use trueweld_measure::residuals::compare::{
-    ChannelComparison, Comparison, LogComparison, Notice, Trace,
-};
-use trueweld_measure::residuals::localize::{
-    Category, ConditionBin, ConditionCurve, Finding, MapAxis, ResidualMap, RowCondition, Statistic,
-};
+use trueweld_logs::log::{Log, LogKind, LogNotice};
 use trueweld_output::{CertifyReport, DiagnoseReport, StepRun, WeldRun};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::effects::{Effect, EffectKind, Location};

@@ -1,0 +1,584 @@
+//! The diagnosis: hypotheses screened, fitted, weighed, and what is said of them.
+
+use crate::calibration_selection::{self, select_calibrations};
+use crate::confuse::{self, Confusable};
+use crate::equivalent_calibrations;
+use crate::found::{
+    FittedEffect, effects_of, found, found_beside, found_by_what_is_left, found_effects,
+    has_unseen_wave,
+};
+use crate::gate::{HeldOutGain, may_be_named};
+use crate::gross_calibration::gross_calibration;
+use crate::mountings::{self, Mountings};
+use crate::rules::{
+    self, exceeds_noise, excess_chi_square, held_out_score, is_significant, noise_chi_square,
+    score, within_noise,
+};
+use crate::screen::{EffectLimit, ScreenedEffect, SearchContext, likeliest, screen};
+use crate::search::{self, Explained, evaluate_uncalibrated, fit_all, fit_calibrations};
+use trueweld_estimate::fit::calibration::is_calibration;
+use trueweld_estimate::fit::{self, FitProblem, FitState, Fitted, Residuals, Termination};
+use trueweld_estimate::predict::{PredictError, PreparedLog};
+use trueweld_estimate::residuals::localize::{Finding, localize};
+use trueweld_logs::log::{Log, LogKind};
+use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Location, Role};
+use trueweld_plant::robot::Channel;
+use trueweld_plant::simulate::Seam;
+
+/// Longest weld among the logs, m, for what is looked for along it.
+pub(crate) fn longest_weld(logs: &[Log]) -> f64 {
+    let length = |log: &Log| log.weld.as_ref().map(|weld| Seam::of(weld).length);
+    logs.iter()
+        .filter(|l| l.kind == LogKind::Weld)
+        .filter_map(length)
+        .reduce(f64::max)
+        .unwrap_or(0.5)
+}
+
+/// What the data say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DiagnosisVerdict {
+    /// Nothing is missing above the floor.
+    Adequate,
+    /// An effect of the library, or two, explain what was missing.
+    EffectFound,
+    /// Something is missing that none of the library's effects explains.
+    UnknownEffect,
+}
+
+impl DiagnosisVerdict {
+    /// Its name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Adequate => "adequate",
+            Self::EffectFound => "effect-found",
+            Self::UnknownEffect => "unknown-effect",
+        }
+    }
+}
+
+/// One explanation: an effect, or two that act together.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Its effects.
+    pub effects: Vec<FittedEffect>,
+    /// Score on held-out blocks of the model as it was given.
+    pub held_out_before: f64,
+    /// Score on held-out blocks with the effects, calibrations refitted.
+    pub held_out_after: f64,
+    /// How likely this explanation is, given the data and the library.
+    pub probability: f64,
+    /// Share of what was above the floor that is still there.
+    pub left: f64,
+    /// True where it may be named: the logs tell its values from no effect, and it predicts rows
+    /// that were left out better than calibrations alone by more than chance.
+    pub may_be_named: bool,
+    /// Other explanations that these data do not tell from this one, by index.
+    pub indistinguishable: Vec<usize>,
+    /// The fit.
+    pub fitted: Fitted,
+}
+
+/// What a diagnosis found.
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    /// What the data say.
+    pub verdict: DiagnosisVerdict,
+    /// Score of the model as it was given.
+    pub score_before: f64,
+    /// Score on held-out blocks with calibrations alone.
+    pub held_out_calibrated: f64,
+    /// Residuals of the model as it was given.
+    pub before: Residuals,
+    /// What each log has of its own under the model as it was given.
+    pub each_log: FitState,
+    /// The fit of calibrations alone.
+    pub null: Fitted,
+    /// Fits of the explanation: one effect, then two; none where none may be named.
+    pub chosen: Vec<Fitted>,
+    /// Explanations, best first.
+    pub candidates: Vec<Candidate>,
+    /// What is a little off in the cell besides.
+    pub calibration: Vec<FittedEffect>,
+    /// What the logs fix of how links are mounted; `None` where they see no postures.
+    pub mountings: Option<Mountings>,
+    /// The model with the best explanation and every calibration free.
+    pub full: Fitted,
+    /// The same with those calibrations alone that count.
+    pub improved: Fitted,
+    /// Smallest size of each effect that these data would have shown.
+    pub limits: Vec<EffectLimit>,
+    /// Hypotheses that these data cannot tell apart, most alike first.
+    pub confusable: Vec<Confusable>,
+    /// What the residual of the improved model still goes with, where it is above the floor.
+    pub unexplained: Vec<Finding>,
+    /// What there was no time for, and fits that did not converge.
+    pub incomplete: Vec<Incomplete>,
+}
+
+/// What a diagnosis leaves undone.
+#[derive(Debug, Clone)]
+pub enum Incomplete {
+    /// Not every effect was looked for.
+    Search,
+    /// So many of the likeliest effects were not fitted.
+    Fits(usize),
+    /// No further effect was looked for beside those found.
+    Further,
+    /// Nothing was looked for outside the library.
+    Outside,
+    /// A fit took all the steps that it may: of these effects, beside calibrations.
+    Arrival(Vec<Effect>),
+}
+
+/// What a diagnosis is at, for whoever waits.
+pub type ProgressCallback<'a> = &'a (dyn Fn(&str, f64) + Sync);
+
+/// Finds out which effect is missing. `logs`: those that the problem's logs were made of.
+///
+/// # Errors
+/// [`PredictError`] where the model as given cannot be driven through the logs.
+pub fn diagnose(
+    problem: &FitProblem,
+    logs: &[Log],
+    progress: ProgressCallback<'_>,
+) -> Result<Diagnosis, PredictError> {
+    let blocks = fit::blocks_of(problem);
+    progress("comparing", 0.0);
+    let (each_log, before) = fit::per_log::fitted(problem, &problem.per_log, Vec::new())?;
+    progress("calibrating", 0.02);
+    let length = longest_weld(logs);
+    let look = |null: Fitted| look(problem, &blocks, length, null, progress);
+    let mut looked = look(fit_calibrations(problem, &blocks)?)?;
+    let held = looked.null.cost;
+    if let Some(null) = gross_calibration(problem, &blocks, &looked.null, looked.singles.first()) {
+        looked = look(null)?;
+    }
+    let Looked { null, given, screened, mut singles, mut incomplete } = looked;
+    let ctx = SearchContext { problem, blocks: &blocks, null: &null, given: &given, length };
+    let limits = screened.iter().map(|s| s.limit.clone()).collect();
+    let confusable = confuse::confusable(&ctx, &screened);
+    let (mut chosen, mut alike) = (Vec::new(), Vec::new());
+    if let Some(k) = best_that_counts(&ctx, &singles) {
+        singles[..=k].rotate_right(1);
+        progress("looking for more effects", 0.65);
+        let mut explained = search::add_effects(&ctx, singles[0].clone());
+        if !explained.is_whole(problem)
+            && let Some((k, others)) = from_another(&ctx, &singles)
+        {
+            singles[..=k].rotate_right(1);
+            explained = others;
+        }
+        if problem.is_late() && !explained.is_whole(problem) {
+            incomplete.push(Incomplete::Further);
+        }
+        (chosen, alike) = (explained.chosen, explained.alike);
+        singles[0] = chosen[0].clone();
+        while let Some(last) = chosen.last() {
+            let before = chosen.len().checked_sub(2).map_or(ctx.null, |k| &chosen[k]);
+            if is_nameable(&ctx, before, last) {
+                break;
+            }
+            chosen.pop();
+            alike.clear();
+        }
+    }
+    if let Some(last) = chosen.last().filter(|_| chosen.len() > 1) {
+        let mut together = vec![last.clone()];
+        together.append(&mut alike);
+        for other in search::alternatives(&ctx, last, &confusable) {
+            if !together.iter().any(|known| same_effects(known, &other)) {
+                together.push(other);
+            }
+        }
+        singles.splice(0..0, together);
+    }
+    // Calibrations that an effect is missing beside need not converge.
+    let answer = if chosen.is_empty() { std::slice::from_ref(&null) } else { chosen.as_slice() };
+    let did_not = |f: &&Fitted| f.termination == Termination::StepLimit && !problem.is_late();
+    incomplete.extend(answer.iter().filter(did_not).map(|f| {
+        Incomplete::Arrival(effects_of(f).into_iter().map(|i| f.point.shared[i].clone()).collect())
+    }));
+    progress("weighing the evidence", 0.92);
+    let unexplained = |at: &Residuals| localize(&problem.logs, at, logs);
+    let told = |chosen: &[Fitted]| {
+        conclude(&ctx, (&before, held), &singles, chosen, screened.len(), &unexplained)
+    };
+    let (mut diagnosis, stands) = told(&chosen);
+    if !stands {
+        diagnosis = told(&[]).0;
+    }
+    Ok(Diagnosis { each_log, limits, confusable, incomplete, ..diagnosis })
+}
+
+/// What was looked for beside the calibrations of one fit.
+struct Looked {
+    null: Fitted,
+    /// The same with no calibrations.
+    given: Fitted,
+    screened: Vec<ScreenedEffect>,
+    /// Every effect that was fitted, best first.
+    singles: Vec<Fitted>,
+    incomplete: Vec<Incomplete>,
+}
+
+fn look(
+    problem: &FitProblem,
+    blocks: &[Vec<u8>],
+    length: f64,
+    null: Fitted,
+    progress: ProgressCallback<'_>,
+) -> Result<Looked, PredictError> {
+    progress("screening every effect", 0.11);
+    let given = if problem.is_late() {
+        null.clone()
+    } else {
+        evaluate_uncalibrated(problem, blocks, &null)?
+    };
+    let ctx = SearchContext { problem, blocks, null: &null, given: &given, length };
+    let screened = screen(&ctx);
+    let mut incomplete = Vec::new();
+    if problem.is_late() {
+        incomplete.push(Incomplete::Search);
+    }
+    progress("fitting the likeliest", 0.45);
+    let wanted = likeliest(screened.iter(), rules::FITTED_HYPOTHESES);
+    let singles = fit_all(&ctx, &wanted);
+    if problem.is_late() && singles.len() < wanted.len() {
+        incomplete.push(Incomplete::Fits(wanted.len() - singles.len()));
+    }
+    Ok(Looked { null, given, screened, singles, incomplete })
+}
+
+/// The best of some effects that counts and may be named; of those that the data do not tell from
+/// it, one that is no piece of a wave, which bends to almost anything.
+fn best_that_counts(ctx: &SearchContext<'_>, singles: &[Fitted]) -> Option<usize> {
+    let count = |k: &usize| {
+        is_significant(ctx.problem, ctx.null, &singles[*k])
+            && is_nameable(ctx, ctx.null, &singles[*k])
+    };
+    let cost = |k: usize| ctx.owed_cost(&singles[k]);
+    let best = (0..singles.len()).find(count)?;
+    let reach = cost(best) + rules::TIED * rules::variance_inflation(&singles[best]);
+    let mut tied = (best..singles.len()).take_while(|k| cost(*k) <= reach);
+    Some(tied.find(|k| !has_unseen_wave(ctx.problem, &singles[*k]) && count(k)).unwrap_or(best))
+}
+
+/// True for a fit whose effects may be named beside what `before` has.
+fn is_nameable(ctx: &SearchContext<'_>, before: &Fitted, fitted: &Fitted) -> bool {
+    let effects = found_effects(ctx.problem, fitted);
+    may_be_named(ctx.problem, ctx.blocks, (before, fitted), &effects)
+}
+
+/// True for two fits of the same effects at the same places.
+fn same_effects(a: &Fitted, b: &Fitted) -> bool {
+    let names = |fitted: &Fitted| {
+        let own = effects_of(fitted).into_iter().map(|i| &fitted.point.shared[i]);
+        own.map(|e| (e.kind.id, e.at)).collect::<Vec<_>>()
+    };
+    let (a, b) = (names(a), names(b));
+    a.len() == b.len() && a.iter().all(|name| b.contains(name))
+}
+
+/// An explanation that starts from another single effect than the first and leaves nothing, with the
+/// place of that effect. Of two that are missing each may do less alone than a third that does a part
+/// of both.
+fn from_another(ctx: &SearchContext<'_>, singles: &[Fitted]) -> Option<(usize, Explained)> {
+    let starts = |k: &usize| {
+        is_significant(ctx.problem, ctx.null, &singles[*k])
+            && !has_unseen_wave(ctx.problem, &singles[*k])
+    };
+    (1..singles.len()).filter(starts).take(rules::STARTING_EFFECTS - 1).find_map(|k| {
+        let others = search::add_effects(ctx, singles[k].clone());
+        others.is_whole(ctx.problem).then_some((k, others))
+    })
+}
+
+/// True for an explanation that bends to almost anything: whatever fits as well is as likely, and far
+/// more often it is one thing which the library does not have.
+pub(crate) fn fits_anything(problem: &FitProblem, fitted: &Fitted) -> bool {
+    at_one_joint(fitted) || has_unseen_wave(problem, fitted)
+}
+
+/// True for two effects at the same joint, but for waves of several orders.
+fn at_one_joint(fitted: &Fitted) -> bool {
+    let effects: Vec<&Effect> =
+        effects_of(fitted).into_iter().map(|i| &fitted.point.shared[i]).collect();
+    let waves = |a: &Effect, b: &Effect| {
+        a.kind.id == b.kind.id && a.kind.parameters.iter().any(|p| p.role == Role::Order)
+    };
+    let alike =
+        |a: &Effect, b: &Effect| matches!(a.at, Location::Joint(_)) && a.at == b.at && !waves(a, b);
+    (1..effects.len()).any(|k| effects[..k].iter().any(|other| alike(other, effects[k])))
+}
+
+/// What is to say where calibrations alone lead to `null` and the explanation is `chosen`.
+fn verdict(problem: &FitProblem, null: &Fitted, chosen: &[Fitted]) -> DiagnosisVerdict {
+    let Some(best) = chosen.last() else {
+        return if within_noise(problem, &null.residuals) {
+            DiagnosisVerdict::Adequate
+        } else {
+            DiagnosisVerdict::UnknownEffect
+        };
+    };
+    let left = excess_chi_square(problem, &best.residuals)
+        / excess_chi_square(problem, &null.residuals).max(1.0);
+    let score = (fit::chi_square(&best.residuals) / noise_chi_square(problem).max(1.0)).sqrt();
+    let (near, most) =
+        (score < rules::NEAR_FLOOR_SCORE, left < rules::REMAINING_SHARE_MAX_NEAR_FLOOR);
+    // Two effects together bend to much that neither is: they must come near.
+    let partly = score < rules::TOO_FAR && left < rules::REMAINING_SHARE_MAX && chosen.len() < 2;
+    let explained =
+        partly || (near && most) || (within_noise(problem, &best.residuals) && (near || most));
+    // What lowers everything a little and leaves what stands out is not what stands there.
+    let [out, left_out] =
+        [null, best].map(|fitted| rules::noise_excess(problem, &fitted.residuals));
+    if explained && left_out <= rules::HALVED * out && !fits_anything(problem, best) {
+        DiagnosisVerdict::EffectFound
+    } else {
+        DiagnosisVerdict::UnknownEffect
+    }
+}
+
+/// What is to say with an explanation, and whether that stands: false where the model as it was given
+/// predicts as well, or where "none of these" is not much less likely and nothing stands out of the
+/// floor. `before`: residuals of the model as it was given; `held`: the cost of calibrations alone,
+/// each as large as is expected of it.
+fn conclude(
+    ctx: &SearchContext<'_>,
+    (before, held): (&Residuals, f64),
+    singles: &[Fitted],
+    chosen: &[Fitted],
+    tried: usize,
+    unexplained: &dyn Fn(&Residuals) -> Vec<Finding>,
+) -> (Diagnosis, bool) {
+    let SearchContext { problem, blocks, null, .. } = *ctx;
+    let score_before = score(before);
+    let excess = excess_chi_square(problem, &null.residuals).max(1.0);
+    let best = chosen.last().unwrap_or(null);
+    let mut verdict = verdict(problem, null, chosen);
+    let (improved, kept) = improved_by(problem, blocks, best);
+    let better = predicts_better(ctx, before, &improved);
+    let mut stands = better;
+    let kept: Vec<_> =
+        kept.into_iter().filter(|name| !is_of_registration(problem, name.0)).collect();
+    // By what is left out, and by what no model explains, whichever says less of them.
+    let mut calibration = found_beside(problem, &improved, best, |_| true);
+    for (found, weighed) in
+        calibration.iter_mut().zip(found_by_what_is_left(problem, blocks, &improved))
+    {
+        for (own, other) in found.interval.iter_mut().zip(weighed.interval) {
+            *own = [own[0].min(other[0]), own[1].max(other[1])];
+        }
+    }
+    calibration.retain(|found| is_calibration(found.effect.kind));
+
+    let mut candidates: Vec<Candidate> = singles
+        .iter()
+        .map(|fitted| Candidate {
+            effects: found_effects(problem, fitted),
+            held_out_before: score_before,
+            held_out_after: held_out_score(fitted),
+            probability: 0.0,
+            left: excess_chi_square(problem, &fitted.residuals) / excess,
+            may_be_named: is_nameable(ctx, null, fitted),
+            indistinguishable: Vec::new(),
+            fitted: fitted.clone(),
+        })
+        .collect();
+    candidates.sort_by_key(|candidate| !candidate.may_be_named);
+    // What it costs to say nothing: with calibrations as they are, or, where a calibration is the
+    // answer, with none.
+    let mut nothing = null.cost;
+    // A single calibration that is all there is to say is the answer, or the one that is no
+    // calibration any more. Where each log has its own it is the laboratory's doing, not the cell's.
+    let beyond: Vec<&FittedEffect> = calibration.iter().filter(|f| f.is_implausible()).collect();
+    let answer = match (kept.as_slice(), beyond.as_slice()) {
+        ([only], _) => {
+            let given = fit::chi_square(before);
+            Some((*only, without_calibration(null, *only).map_or(given, |cost| cost.min(given))))
+        }
+        (_, [only]) => Some(((only.effect.kind.id, only.effect.at), held)),
+        _ => None,
+    };
+    if let Some((name, without)) = answer
+        && verdict == DiagnosisVerdict::Adequate
+        && !improved.point.per_log.iter().flatten().any(|e| (e.kind.id, e.at) == name)
+        && !problem.per_log.iter().any(|own| (own.stated.kind.id, own.stated.at) == name)
+        && better
+        && exceeds_noise(problem, before, &improved.residuals)
+        && calibration.iter().any(|f| is_named(f, name) && f.is_told_from_nothing())
+    {
+        verdict = DiagnosisVerdict::EffectFound;
+        nothing = without;
+        // What was tried beside all calibrations has no place beside one of them: none of it
+        // counts.
+        let of_calibration = |fitted: &Fitted, effects: Vec<FittedEffect>| Candidate {
+            may_be_named: effects.iter().any(FittedEffect::is_told_from_nothing),
+            effects: effects.into_iter().take(1).collect(),
+            held_out_before: score_before,
+            held_out_after: held_out_score(fitted),
+            probability: 0.0,
+            left: excess_chi_square(problem, &fitted.residuals)
+                / excess_chi_square(problem, before).max(1.0),
+            indistinguishable: Vec::new(),
+            fitted: fitted.clone(),
+        };
+        let is_it = |fitted: &Fitted, name: (&str, Location), of| {
+            let effect = fitted.point.effect(of);
+            (effect.kind.id, effect.at) == name
+        };
+        let named = found_beside(problem, &improved, best, |of| is_it(&improved, name, of));
+        let others = equivalent_calibrations::equivalent_calibrations(
+            problem,
+            blocks,
+            (null, &improved),
+            name,
+        );
+        let others = others.iter().map(|(name, fitted)| {
+            let mut other = found(problem, fitted, |of| is_it(fitted, *name, of));
+            equivalent_calibrations::share(&named, &mut other);
+            of_calibration(fitted, other)
+        });
+        candidates = others.collect();
+        candidates.insert(0, of_calibration(&improved, named));
+    }
+    weigh(ctx, &mut candidates, nothing, tried, verdict);
+    if verdict == DiagnosisVerdict::EffectFound {
+        let any: f64 = candidates.iter().map(|c| c.probability).sum();
+        // That a calibration is off shows in the model as it was given; which one is the question.
+        let is_calibration = |found: &FittedEffect| is_calibration(found.effect.kind);
+        let surely = match candidates[0].effects.iter().all(is_calibration) {
+            true => 0.5,
+            false => rules::SURELY_ONE,
+        };
+        if any < surely && within_noise(problem, &null.residuals) {
+            stands = false;
+            verdict = DiagnosisVerdict::Adequate;
+        } else if any < 0.5 || candidates[0].probability < rules::LEAST_LIKELY {
+            // The same where something does; or so many explain the data alike that none is found.
+            verdict = DiagnosisVerdict::UnknownEffect;
+        }
+    }
+    let diagnosis = Diagnosis {
+        verdict,
+        score_before,
+        held_out_calibrated: held_out_score(null),
+        before: before.clone(),
+        each_log: FitState::empty(problem.logs.len()),
+        null: null.clone(),
+        mountings: mountings::mountings(best),
+        full: best.clone(),
+        chosen: chosen.to_vec(),
+        candidates,
+        calibration,
+        unexplained: if within_noise(problem, &improved.residuals) {
+            Vec::new()
+        } else {
+            unexplained(&improved.residuals)
+        },
+        improved,
+        limits: Vec::new(),
+        confusable: Vec::new(),
+        incomplete: Vec::new(),
+    };
+    (diagnosis, stands)
+}
+
+/// The fit with those calibrations alone that count beside its effects, and their names.
+fn improved_by(
+    problem: &FitProblem,
+    blocks: &[Vec<u8>],
+    best: &Fitted,
+) -> (Fitted, Vec<(&'static str, Location)>) {
+    let (mut improved, kept) = select_calibrations(problem, blocks, best);
+    for effect in effects_of(&improved) {
+        search::refit_scaled(problem, blocks, &mut improved, effect);
+    }
+    // Beside an effect of another size others are needed no more.
+    calibration_selection::drop_insignificant(problem, blocks, (improved, kept))
+}
+
+/// Cost of all calibrations but one, by the slopes of the fit with all.
+fn without_calibration(null: &Fitted, name: (&str, Location)) -> Option<f64> {
+    let is_it = |k: &usize| {
+        let effect = null.point.effect(null.point.free[*k].of);
+        (effect.kind.id, effect.at) == name
+    };
+    let others: Vec<usize> = (0..null.point.free.len()).filter(|k| !is_it(k)).collect();
+    Some(null.linear.with_only(&others)?.0)
+}
+
+fn is_named(found: &FittedEffect, name: (&str, Location)) -> bool {
+    (found.effect.kind.id, found.effect.at) == name
+}
+
+/// True where a fit predicts rows that were left out better than the model as it was given does.
+fn predicts_better(ctx: &SearchContext<'_>, before: &Residuals, fitted: &Fitted) -> bool {
+    let SearchContext { problem, blocks, .. } = *ctx;
+    let owed = rules::prior_penalty(before, &fitted.residuals);
+    let before = before.iter().map(|log| log.residual.clone()).collect();
+    let after = fitted.residuals_from_others(blocks);
+    HeldOutGain::of(problem, blocks, &[before, after], owed).is_more_than_chance()
+}
+
+/// True for a calibration of trackers whose frames were fitted: it is what that has left over.
+fn is_of_registration(problem: &FitProblem, id: &str) -> bool {
+    let calibration = EffectKind::of(id).and_then(|kind| kind.calibration);
+    let tracked = |e: &&PreparedLog| e.measures(Channel::Tracker, None);
+    calibration.is_some_and(|c| c.scope == CalibrationScope::EachLog(&[Channel::Tracker]))
+        && problem.logs.iter().filter(tracked).all(|e| e.registered)
+}
+
+/// Probabilities among the explanations, and which of them the data do not tell apart. `nothing`:
+/// what it costs to have none.
+fn weigh(
+    ctx: &SearchContext<'_>,
+    candidates: &mut [Candidate],
+    nothing: f64,
+    tried: usize,
+    verdict: DiagnosisVerdict,
+) {
+    let costs: Vec<f64> = candidates.iter().map(|c| ctx.owed_cost(&c.fitted)).collect();
+    let Some(first) = candidates.first() else {
+        return;
+    };
+    let (best, noise) = (costs[0], noise_chi_square(ctx.problem).max(1.0));
+    // What is left above the floor says how far the sum of squares can be trusted.
+    let inflation = rules::variance_inflation(&first.fitted);
+    let weight = |cost: f64| (-0.5 * (cost - best).max(0.0) / inflation).exp();
+    // What may not be named is no explanation. Where it fits better than they do by more than a tie,
+    // "none of these" is the likelier.
+    let unnamed = |cost: f64| match best - cost {
+        better if better > rules::TIED * inflation => (0.5 * better / inflation).exp(),
+        _ => 0.0,
+    };
+    let weights: Vec<f64> = candidates
+        .iter()
+        .zip(&costs)
+        .map(|(c, cost)| if c.may_be_named { weight(*cost) } else { unnamed(*cost) })
+        .collect();
+    // "None of these" stands beside them: with the calibrations alone, and with what the best
+    // leaves above the floor. Of many that are tried one fits well by chance.
+    let none = match verdict {
+        DiagnosisVerdict::Adequate => (weight(nothing) * tried as f64).max(1.0),
+        _ => weight(nothing) * tried as f64,
+    };
+    let sum: f64 = weights.iter().sum::<f64>() + none;
+    let ceiling = match verdict {
+        DiagnosisVerdict::UnknownEffect => 0.5,
+        _ => 1.0 - (fit::chi_square(&first.fitted.residuals) / noise - 1.0).clamp(0.0, 0.5),
+    };
+    // A faint effect may be another one that looks alike.
+    let near_limit =
+        (rules::GAIN_AT_THREE_LIMITS / (nothing - best).max(rules::GAIN_AT_THREE_LIMITS)).sqrt();
+    let ceiling = ceiling * (1.0 - rules::LOOKS_ALIKE * near_limit);
+    let named: Vec<bool> = candidates.iter().map(|c| c.may_be_named).collect();
+    for (k, c) in candidates.iter_mut().enumerate() {
+        c.probability = if c.may_be_named { weights[k] / sum * ceiling } else { 0.0 };
+        c.indistinguishable = (0..costs.len())
+            .filter(|j| *j != k && named[*j])
+            .filter(|j| (costs[*j] - costs[k]).abs() < rules::TIED * inflation)
+            .collect();
+    }
+}

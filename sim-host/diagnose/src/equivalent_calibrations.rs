@@ -1,0 +1,107 @@
+//! Calibrations that do the same as the one that is the answer: where a joint's axis goes through the
+//! link before it, the zero of its encoder and a link that is mounted turned about that axis are one.
+
+use super::{FittedEffect, rules};
+use trueweld_estimate::fit::{self, EffectScope, FitProblem, Fitted, Slopes, SolverOptions, unit};
+use trueweld_plant::effects::{EffectKind, Location};
+
+/// Cosine between what two values do to the residuals from which on they do the same.
+const EQUIVALENT_COSINE: f64 = 0.99;
+
+/// One value of a calibration at one place, in all logs.
+type CalibrationValue = (&'static str, Location, usize);
+
+/// Fits with another calibration in place of `named`, which is one for all logs of `improved`, that
+/// the logs do not tell from it; with the name of each. `null`: the fit with all calibrations free.
+pub(super) fn equivalent_calibrations(
+    problem: &FitProblem,
+    blocks: &[Vec<u8>],
+    (null, improved): (&Fitted, &Fitted),
+    named: (&'static str, Location),
+) -> Vec<((&'static str, Location), Fitted)> {
+    let all = &improved.point.shared;
+    let Some(index) = all.iter().position(|e| (e.kind.id, e.at) == named) else {
+        return Vec::new();
+    };
+    let effect = &all[index];
+    let expected = effect.kind.calibration.map_or(&[][..], |c| c.expected);
+    let beyond = |k: &usize| (effect.values[*k] / expected[*k]).abs();
+    let Some(most) = (0..expected.len()).max_by(|a, b| beyond(a).total_cmp(&beyond(b))) else {
+        return Vec::new();
+    };
+    let Some((own, own_unit)) = column(null, (named.0, named.1, most)) else {
+        return Vec::new();
+    };
+    let mut others: Vec<CalibrationValue> = Vec::new();
+    for free in null.point.free.iter().filter(|free| free.expected.is_finite()) {
+        let other = null.point.effect(free.of);
+        let value = (other.kind.id, other.at, free.parameter);
+        let kept = all.iter().any(|e| (e.kind.id, e.at) == (value.0, value.1));
+        if !kept && !others.contains(&value) {
+            others.push(value);
+        }
+    }
+    let in_place = |value: &CalibrationValue| {
+        let (column, unit) = column(null, *value)?;
+        let pull = dot(&own, &column);
+        let square = dot(&column, &column);
+        let alike = pull.abs() / (square * dot(&own, &own)).sqrt();
+        if alike.is_nan() || alike < EQUIVALENT_COSINE {
+            return None;
+        }
+        let (id, at, parameter) = *value;
+        // Its other values stay free: what they take of what is not fitted is no matter of this one.
+        let mut point = improved.point.clone();
+        point.shared[index].values[most] =
+            effect.kind.parameters[most].without_effect(effect.values[most]);
+        point.free.retain(|f| (f.of, f.parameter) != (EffectScope::Shared(index), most));
+        let mut other = EffectKind::of(id)?.neutral(at);
+        other.values[parameter] = effect.values[most] / own_unit * pull / square * unit;
+        let mut expected = vec![0.0; other.values.len()];
+        expected[parameter] = other.values[parameter].abs();
+        point.add_expected(other, &expected);
+        let fitted = fit::fit(problem, &point, blocks, &[], SolverOptions::full(0)).ok()?;
+        let tied = fitted.cost < improved.cost + rules::TIED * rules::variance_inflation(improved);
+        tied.then_some(((id, at), fitted))
+    };
+    others.iter().filter(|_| !problem.is_late()).filter_map(in_place).collect()
+}
+
+/// Widens intervals of a calibration in place of `named` to that share of its value that the logs know
+/// of the latter: what two do together is known better than what each does.
+pub(super) fn share(named: &[FittedEffect], other: &mut [FittedEffect]) {
+    let values = |found: &FittedEffect| found.effect.values.clone().into_iter();
+    let known = named.iter().flat_map(|f| values(f).zip(f.interval.clone()));
+    let known = known.filter(|(value, _)| *value != 0.0);
+    let share = known.map(|(value, [low, high])| 0.5 * (high - low) / value.abs());
+    let share = share.reduce(f64::min).unwrap_or(0.0);
+    for found in other {
+        for (value, [low, high]) in found.effect.values.iter().zip(&mut found.interval) {
+            let reach = share * value.abs();
+            (*low, *high) = (low.min(value - reach), high.max(value + reach));
+        }
+    }
+}
+
+/// What a value does to the residuals in all logs, in the fit's units, and the size of one.
+fn column(null: &Fitted, (id, at, parameter): CalibrationValue) -> Option<(Slopes, f64)> {
+    let point = &null.point;
+    let mut sum: Option<(Slopes, f64)> = None;
+    for (free, slopes) in point.free.iter().zip(&null.slopes) {
+        let effect = point.effect(free.of);
+        if (effect.kind.id, effect.at, free.parameter) != (id, at, parameter) {
+            continue;
+        }
+        let unit = unit(point.parameter(free), point.value(free));
+        let (all, _) = sum.get_or_insert_with(|| (vec![None; slopes.len()], unit));
+        for (log, slope) in slopes.iter().enumerate().filter(|(_, slope)| slope.is_some()) {
+            all[log].clone_from(slope);
+        }
+    }
+    sum
+}
+
+fn dot(a: &Slopes, b: &Slopes) -> f64 {
+    let logs = a.iter().flatten().zip(b.iter().flatten());
+    logs.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>()).sum()
+}

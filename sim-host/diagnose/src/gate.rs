@@ -1,0 +1,211 @@
+//! What an explanation must show to be named, whatever led to it: values that the logs tell from no
+//! effect, rows left out that it predicts better than what was there before it by more than chance,
+//! and a channel that changes with it.
+
+use super::found::{FittedEffect, OF_BLOCKS};
+use super::rules::{evidence_weights, exceeds_noise, prior_penalty};
+use trueweld_estimate::fit::{BLOCKS, FitProblem, Fitted};
+
+/// True where `effects`, which `after` has and `before` has not, may be named. `before`: the
+/// calibrations alone, or fewer effects beside them.
+pub(crate) fn may_be_named(
+    problem: &FitProblem,
+    blocks: &[Vec<u8>],
+    (before, after): (&Fitted, &Fitted),
+    effects: &[FittedEffect],
+) -> bool {
+    let left = [before, after].map(|fitted| fitted.residuals_from_others(blocks));
+    !effects.is_empty()
+        && effects.iter().all(FittedEffect::is_told_from_nothing)
+        && exceeds_noise(problem, &before.residuals, &after.residuals)
+        && HeldOutGain::of(
+            problem,
+            blocks,
+            &left,
+            prior_penalty(&before.residuals, &after.residuals),
+        )
+        .is_more_than_chance()
+}
+
+/// By how much rows that were left out are predicted better by one model than by another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct HeldOutGain {
+    /// Fall of the sum of squares, values that are off alike counted as few as they are.
+    fall: f64,
+    /// Its standard error.
+    error: f64,
+}
+
+impl HeldOutGain {
+    /// Of residuals `after` over those `before`, log by log; `prior_penalty`: the part of the fall
+    /// that is no evidence.
+    ///
+    /// Where the two predictions differ by δ and the second leaves e, the sum of squares falls by
+    /// Σδ² + 2Σδe. If what the second has more is there, e is noise, and the second sum is all that
+    /// chance adds to the first. Its standard error is that of the blocks' own sums: residuals that
+    /// follow each other count as they do, and an effect that few blocks show is no less sure for
+    /// it. What is off alike in all values of a column no block tells: it is one value of
+    /// deviation 1.
+    pub(crate) fn of(
+        problem: &FitProblem,
+        blocks: &[Vec<u8>],
+        [before, after]: &[Vec<Vec<f64>>; 2],
+        owed: f64,
+    ) -> Self {
+        let (mut fall, mut by_chance, mut alike) = (-owed, [0.0; BLOCKS], 0.0);
+        for (log, experiment) in problem.logs.iter().enumerate() {
+            let weights = evidence_weights(&experiment.compared);
+            let values = experiment.compared.iter().zip(weights).zip(&blocks[log]);
+            let residuals = before[log].iter().zip(&after[log]);
+            for (((value, weight), block), (b, a)) in values.zip(residuals) {
+                fall += weight * (b * b - a * a);
+                by_chance[usize::from(*block)] += weight * 2.0 * (b - a) * a;
+                alike += weight * value.alike * (2.0 * (b - a)).powi(2);
+            }
+        }
+        let of_blocks: f64 = by_chance.iter().map(|sum| sum * sum).sum();
+        Self { fall, error: (of_blocks + alike).sqrt() }
+    }
+
+    /// True where the 95 % interval of the fall lies above nothing.
+    pub(crate) fn is_more_than_chance(self) -> bool {
+        self.fall > OF_BLOCKS * self.error
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::found::found;
+    use nalgebra::{DMatrix, DVector};
+    use proptest::prelude::*;
+    use std::sync::LazyLock;
+    use trueweld_estimate::fit::{self, FitState, Linear, Residuals, Slopes, Termination};
+    use trueweld_estimate::predict::Prediction;
+    use trueweld_estimate::residuals::compare::{baseline, experiments};
+    use trueweld_logs::campaign::Campaign;
+    use trueweld_logs::log::Log;
+    use trueweld_plant::effects::{Effect, EffectKind, Location, library};
+    use trueweld_plant::input::ModelFile;
+    use trueweld_plant::random::Random;
+
+    /// Static loads, for what is compared in them.
+    static LOADS: LazyLock<FitProblem> = LazyLock::new(|| {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/campaigns/backlash");
+        let campaign = Campaign::read(folder).unwrap();
+        let file = ModelFile::read(&campaign.model).unwrap();
+        let loads = campaign.logs.into_iter().filter(|log| log.name == "static");
+        let ready = experiments(&loads.collect::<Vec<Log>>(), &baseline(&file)).unwrap();
+        FitProblem::new(&file, ready)
+    });
+
+    fn random_values(seed: u64, stream: u64) -> Vec<f64> {
+        let mut random = Random::new(seed, stream);
+        LOADS.logs[0].compared.iter().map(|_| random.normal()).collect()
+    }
+
+    fn residuals(residual: Vec<f64>) -> Residuals {
+        vec![Prediction { residual, motion: None, late: None, free_play_term: 0.0 }]
+    }
+
+    fn fitted(point: FitState, residual: Vec<f64>, slopes: Vec<Slopes>) -> Fitted {
+        let (at, n) = (residuals(residual), point.free.len());
+        let columns: Vec<&Slopes> = slopes.iter().collect();
+        let (prior, away) = (DMatrix::zeros(n, n), DVector::zeros(n));
+        let linear = Linear::new(&fit::blocks_of(&LOADS), &at, &columns, prior, away);
+        Fitted {
+            cost: fit::chi_square(&at),
+            point,
+            residuals: at,
+            slopes,
+            linear,
+            termination: Termination::Converged,
+        }
+    }
+
+    /// The model without an effect and with it, where its values do to residuals what chance drew.
+    /// The residuals are noise, in `runs` of as many values that are the same, and `follows`
+    /// deviations of the first value.
+    fn drawn(kind: &'static EffectKind, seed: u64, runs: usize, follows: f64) -> [Fitted; 2] {
+        let mut point = FitState::empty(1);
+        let at: Location = kind.places()[0];
+        point.add(Effect { values: kind.neutral(at).values, kind, at });
+        let slopes: Vec<Vec<f64>> =
+            (0..point.free.len()).map(|k| random_values(seed, 1 + k as u64)).collect();
+        let noise = random_values(seed, 0);
+        let size = follows / (noise.len() as f64).sqrt();
+        let residual = (0..noise.len()).map(|k| noise[k / runs * runs] - size * slopes[0][k]);
+        let residual: Vec<f64> = residual.collect();
+        let before = fitted(FitState::empty(1), residual.clone(), Vec::new());
+        let slopes: Vec<Slopes> = slopes.into_iter().map(|s| vec![Some(s)]).collect();
+        let start = fitted(point, residual.clone(), slopes.clone());
+        let step = start.linear.solve(None, 0.0, None).unwrap().step;
+        let mut left = residual;
+        for (slope, step) in slopes.iter().zip(step.iter()) {
+            let slope = slope[0].as_ref().unwrap();
+            left.iter_mut().zip(slope).for_each(|(r, a)| *r += a * step);
+        }
+        [before, fitted(start.point.moved(&step), left, slopes)]
+    }
+
+    fn named([before, after]: &[Fitted; 2]) -> bool {
+        let effects = found(&LOADS, after, |_| true);
+        may_be_named(&LOADS, &fit::blocks_of(&LOADS), (before, after), &effects)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn chance_names_no_effect(seed: u64, runs in 1_usize..5, kind in 0..library().count()) {
+            let kind = library().nth(kind).unwrap();
+            prop_assert!(!named(&drawn(kind, seed, runs, 0.0)), "{}", kind.id);
+        }
+
+        #[test]
+        fn what_is_named_has_a_size_predicts_better_and_changes_a_channel(
+            seed: u64,
+            runs in 1_usize..5,
+            follows in 0.0..100.0,
+            kind in 0..library().count(),
+        ) {
+            let kind = library().nth(kind).unwrap();
+            let both = drawn(kind, seed, runs, follows);
+            if named(&both) {
+                let [before, after] = &both;
+                let found = &found(&LOADS, after, |_| true)[0];
+                let has_size = |k: usize| {
+                    let (parameter, [low, high]) = (&kind.parameters[k], found.interval[k]);
+                    let none = parameter.without_effect(found.effect.values[k]);
+                    parameter.is_size()
+                        && high - low <= parameter.high - parameter.low
+                        && (none < low || none > high)
+                };
+                prop_assert!((0..kind.parameters.len()).any(has_size), "{found:?}");
+                prop_assert!(after.held_out() < before.held_out(), "{found:?}");
+                prop_assert!(fit::chi_square(&after.residuals) < fit::chi_square(&before.residuals));
+            }
+        }
+
+        #[test]
+        fn what_stands_far_out_is_named(seed: u64) {
+            let kind = EffectKind::of("torque-scale").unwrap();
+            prop_assert!(named(&drawn(kind, seed, 1, 30.0)));
+        }
+    }
+
+    #[test]
+    fn values_that_are_off_alike_count_as_few_as_they_are() {
+        let mut compared = LOADS.logs[0].compared.clone();
+        assert!(evidence_weights(&compared).iter().all(|weight| *weight == 1.0));
+        let first = (compared[0].quantity, compared[0].component);
+        let own =
+            |c: &&mut trueweld_estimate::predict::Compared| (c.quantity, c.component) == first;
+        compared.iter_mut().filter(own).for_each(|c| c.alike = 1.0);
+        let weights = evidence_weights(&compared);
+        let of_first = compared.iter().zip(&weights).filter(|(c, _)| c.alike == 1.0);
+        assert!((of_first.map(|(_, weight)| weight).sum::<f64>() - 1.0).abs() < 1e-12);
+        let others = compared.iter().zip(&weights).filter(|(c, _)| c.alike == 0.0);
+        assert!(others.map(|(_, weight)| *weight).all(|weight| weight == 1.0));
+    }
+}

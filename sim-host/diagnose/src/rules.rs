@@ -1,0 +1,249 @@
+//! Rules of decision. Their numbers come from the corpus in `tests/`, but for `PLENTIFUL_GAIN`,
+//! `VISIBLE_IN_COLUMN`, `TOO_FAR` and `COMMAND_HOLD_SHARE`: those were set with recorded campaigns
+//! in view, and then held against the corpus.
+
+use std::collections::BTreeMap;
+use trueweld_estimate::AUTOCORRELATION_INFLATION;
+use trueweld_estimate::fit::{self, FitProblem, Fitted, Residuals};
+use trueweld_estimate::predict::{Compared, ComparedQuantity};
+use trueweld_estimate::residuals::finding::NOISE_FLOOR_SCORE;
+
+/// Fall of the held-out sum of squares that chance does not reach among some hundred hypotheses.
+pub const GAIN: f64 = 30.0;
+/// Share of what the blocks that get better win that the others may lose.
+pub(crate) const HELD_OUT_LOSS_SHARE_MAX: f64 = 0.3;
+/// Fall of the held-out sum of squares from which on losses elsewhere are no sign of chance.
+pub(crate) const PLENTIFUL_GAIN: f64 = 1000.0;
+/// Fall of one channel's sum of squares below which its noise is not known well enough, as a share.
+pub const VISIBLE: f64 = 0.08;
+/// The same where noise was stated and all channels together fall by [`AMPLE`].
+pub(crate) const VISIBLE_STATED: f64 = 0.03;
+/// The same of one column, whose own noise is known less well.
+pub(crate) const VISIBLE_IN_COLUMN: f64 = 0.25;
+/// Least share of what is above the floor that an effect must explain.
+pub const EXPLAINED_SHARE_MIN: f64 = 0.1;
+/// Share of what was above the floor that an explanation may leave.
+pub const REMAINING_SHARE_MAX: f64 = 0.04;
+/// The same, where all together is as near to the floor as this score.
+pub(crate) const REMAINING_SHARE_MAX_NEAR_FLOOR: f64 = 0.5;
+/// Share of what one effect leaves standing out of the floor that a second one may leave.
+pub(crate) const HALVED: f64 = 0.5;
+/// Fall of the sum of squares that a second effect must bring, and one that hardly lowers any channel.
+pub const AMPLE: f64 = 100.0;
+/// Score from which on an explanation leaves too much, whatever it explains.
+pub(crate) const TOO_FAR: f64 = 2.0;
+/// Score that is near the floor.
+pub const NEAR_FLOOR_SCORE: f64 = 1.05;
+/// Score of any channel from which on something is above the floor.
+pub(crate) const SURELY_ABOVE: f64 = 1.3;
+/// Fall of the sum of squares that a calibration must bring to be kept, and so much more for each
+/// value it has.
+pub(crate) const KEEP: f64 = 25.0;
+/// The same for each value.
+pub const KEEP_EACH: f64 = 6.0;
+/// Difference of the cost up to which two explanations are tied, in what chance makes of a residual.
+pub const TIED: f64 = 9.0;
+/// Standard deviations of what was expected of a calibration beyond which it is none.
+pub const GROSS_CALIBRATION_DEVIATIONS: f64 = 5.0;
+/// Delay of motor torque that is no more than how a controller holds its commands, as a share of
+/// the sampling period.
+pub const COMMAND_HOLD_SHARE: f64 = 0.25;
+/// How often what is named at three times the limit of detection is something outside the library
+/// that looks alike; less often the more it shows.
+pub(crate) const LOOKS_ALIKE: f64 = 0.2;
+/// Least probability of all explanations together for one to be named where nothing stands out of the
+/// floor.
+pub(crate) const SURELY_ONE: f64 = 0.75;
+/// Least probability of an explanation that is named; with less there are too many others.
+pub(crate) const LEAST_LIKELY: f64 = 0.125;
+/// Turns of a wave that logs must hold for it to be one.
+pub(crate) const WHOLE_TURN: f64 = 1.0;
+/// The gain at three times the limit.
+pub(crate) const GAIN_AT_THREE_LIMITS: f64 = 9.0 * GAIN;
+/// Share of what the best hypothesis gains from which on another one is fitted in full.
+pub(crate) const NEAR_BEST_GAIN: f64 = 0.3;
+/// Share of what the best fit wins that another one's slopes must promise for it to go on.
+pub(crate) const PROMISED_WIN_SHARE: f64 = 0.5;
+/// Hypotheses fitted, first alone and then beside the best.
+pub(crate) const FITTED_HYPOTHESES: usize = 8;
+/// Of these, how many beside the best.
+pub(crate) const FITTED_BESIDE: usize = 5;
+
+/// Single effects at most that an explanation of several is looked for from.
+pub const STARTING_EFFECTS: usize = 3;
+
+/// Score of residuals: root mean square.
+pub fn score(residuals: &Residuals) -> f64 {
+    (fit::chi_square(residuals) / fit::count(residuals).max(1) as f64).sqrt()
+}
+
+/// Score on blocks in time, each predicted from all the others.
+pub fn held_out_score(fitted: &Fitted) -> f64 {
+    let squares = fitted.held_out();
+    (squares / fit::count(&fitted.residuals).max(1) as f64).sqrt()
+}
+
+/// What differences of a fit's sum of squares are to be trusted by: what chance makes of them, where
+/// residuals follow each other and are what the fit leaves.
+pub(crate) fn variance_inflation(fitted: &Fitted) -> f64 {
+    (fit::chi_square(&fitted.residuals) / fit::count(&fitted.residuals).max(1) as f64).max(1.0)
+        * AUTOCORRELATION_INFLATION
+}
+
+/// Sum of squares and number of the residuals of one channel in one log.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct SquareSum {
+    /// Sum of squares.
+    pub square: f64,
+    /// Number.
+    pub count: usize,
+    /// How many of these have a noise that was stated.
+    pub stated: usize,
+}
+
+impl SquareSum {
+    fn add(&mut self, other: &Self) {
+        self.square += other.square;
+        self.count += other.count;
+        self.stated += other.stated;
+    }
+}
+
+/// Sums of squares by log and whatever else `key` tells values apart by.
+fn sums<K: Ord>(
+    problem: &FitProblem,
+    residuals: &Residuals,
+    weights: impl Fn(&[Compared]) -> Vec<f64>,
+    key: impl Fn(usize, &Compared) -> K,
+) -> BTreeMap<K, SquareSum> {
+    let mut sums: BTreeMap<K, SquareSum> = BTreeMap::new();
+    for (log, (experiment, prediction)) in problem.logs.iter().zip(residuals).enumerate() {
+        let weights = weights(&experiment.compared);
+        let values = experiment.compared.iter().zip(weights).zip(&prediction.residual);
+        for ((c, weight), r) in values {
+            let part = sums.entry(key(log, c)).or_default();
+            part.add(&SquareSum {
+                square: weight * r * r,
+                count: 1,
+                stated: usize::from(c.stated),
+            });
+        }
+    }
+    sums
+}
+
+/// Every value counts.
+fn all(compared: &[Compared]) -> Vec<f64> {
+    vec![1.0; compared.len()]
+}
+
+/// What each value of a log counts for as evidence: of n values that are off alike by a share ρ of
+/// their variance, each counts for 1/(1 + (n − 1) ρ) (Kish's design effect).
+pub(super) fn evidence_weights(compared: &[Compared]) -> Vec<f64> {
+    let mut columns: BTreeMap<(ComparedQuantity, u8), (usize, f64)> = BTreeMap::new();
+    for c in compared {
+        let (count, alike) = columns.entry((c.quantity, c.component)).or_default();
+        (*count, *alike) = (*count + 1, *alike + c.alike);
+    }
+    let weight = |c: &Compared| {
+        let (count, alike) = columns[&(c.quantity, c.component)];
+        (1.0 + (count - 1) as f64 * alike / count as f64).recip()
+    };
+    compared.iter().map(weight).collect()
+}
+
+/// Sums of squares by log and channel.
+pub fn parts(
+    problem: &FitProblem,
+    residuals: &Residuals,
+) -> BTreeMap<(usize, &'static str), SquareSum> {
+    sums(problem, residuals, all, |log, c| (log, c.quantity.channel()))
+}
+
+/// Sums of squares by log and column; the spindle's orders apart from what is slow.
+fn columns(
+    problem: &FitProblem,
+    residuals: &Residuals,
+    weights: impl Fn(&[Compared]) -> Vec<f64>,
+) -> BTreeMap<(usize, &'static str, u8, bool), SquareSum> {
+    sums(problem, residuals, weights, |log, c| {
+        (
+            log,
+            c.quantity.channel(),
+            c.component,
+            matches!(c.quantity, ComparedQuantity::Ripple { .. }),
+        )
+    })
+}
+
+/// True where a fit explains more than chance does and than the noise is known to.
+pub(crate) fn is_significant(problem: &FitProblem, before: &Fitted, after: &Fitted) -> bool {
+    let (before_out, after_out) = (before.linear.held_out(None), after.linear.held_out(None));
+    let differences = || before_out.iter().zip(&after_out).map(|(b, a)| b - a);
+    // A block that is left out tells where links lie in their gaps all the same, noise with it.
+    let gained = differences().filter(|d| *d > 0.0).sum::<f64>()
+        - prior_penalty(&before.residuals, &after.residuals);
+    let lost: f64 = -differences().filter(|d| *d < 0.0).sum::<f64>();
+    if gained - lost < GAIN
+        || (lost > HELD_OUT_LOSS_SHARE_MAX * gained && gained - lost < PLENTIFUL_GAIN)
+    {
+        return false;
+    }
+    let falls = fit::chi_square(&before.residuals) - fit::chi_square(&after.residuals);
+    falls >= EXPLAINED_SHARE_MIN * excess_chi_square(problem, &before.residuals)
+        && exceeds_noise(problem, &before.residuals, &after.residuals)
+}
+
+/// Fall of the sum of squares from one model to another that is no evidence: links that are put where
+/// they were seen are put there noise and all.
+pub(crate) fn prior_penalty(before: &Residuals, after: &Residuals) -> f64 {
+    let free_play_term = |at: &Residuals| at.iter().map(|p| p.free_play_term).sum::<f64>();
+    free_play_term(after) - free_play_term(before)
+}
+
+/// True where the sum of squares of some channel, or of one of its columns, falls by more than its
+/// noise is known to.
+pub(crate) fn exceeds_noise(problem: &FitProblem, before: &Residuals, after: &Residuals) -> bool {
+    let [before, after] = [before, after].map(|at| columns(problem, at, evidence_weights));
+    let sum = |all: &BTreeMap<_, SquareSum>| all.values().map(|part| part.square).sum::<f64>();
+    let ample = sum(&before) - sum(&after) > AMPLE;
+    let mut channels: BTreeMap<(usize, &'static str, bool), (SquareSum, f64)> = BTreeMap::new();
+    let mut seen = false;
+    for (key @ (log, channel, _, ripple), column) in &before {
+        let fall = column.square - after.get(key).map_or(column.square, |p| p.square);
+        let of_channel = channels.entry((*log, channel, *ripple)).or_default();
+        of_channel.0.add(column);
+        of_channel.1 += fall;
+        seen |= fall > VISIBLE_IN_COLUMN * column.square && fall > 0.5 * GAIN;
+    }
+    let is_seen = |(part, fall): &(SquareSum, f64)| {
+        let visible = if ample && part.stated == part.count { VISIBLE_STATED } else { VISIBLE };
+        *fall > visible * part.square && *fall > 0.5 * GAIN
+    };
+    seen || channels.values().any(is_seen)
+}
+
+/// Sum of squares that noise may make, as far as it is known.
+pub(crate) fn noise_chi_square(problem: &FitProblem) -> f64 {
+    let all = problem.logs.iter().flat_map(|e| &e.compared);
+    all.map(|c| if c.stated { 1.0 } else { NOISE_FLOOR_SCORE.powi(2) }).sum()
+}
+
+/// Sum of squares above the floor.
+pub(crate) fn excess_chi_square(problem: &FitProblem, residuals: &Residuals) -> f64 {
+    (fit::chi_square(residuals) - noise_chi_square(problem)).max(0.0)
+}
+
+/// True where no column of any log stands out of the floor.
+pub(crate) fn within_noise(problem: &FitProblem, residuals: &Residuals) -> bool {
+    noise_excess(problem, residuals) == 0.0
+}
+
+/// Sum of squares of the columns that stand out of the floor, above it.
+pub(crate) fn noise_excess(problem: &FitProblem, residuals: &Residuals) -> f64 {
+    let above = |p: &SquareSum| {
+        let count = p.count as f64;
+        (p.square - count * (SURELY_ABOVE.powi(2) + 6.0 * (2.0 / count).sqrt())).max(0.0)
+    };
+    columns(problem, residuals, all).values().map(above).sum()
+}

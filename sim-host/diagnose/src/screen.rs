@@ -1,0 +1,343 @@
+//! Screening: every effect at every place, by its slopes beside all calibrations where those are at
+//! their best.
+
+use super::rules;
+use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
+use std::f64::consts::FRAC_PI_2;
+use trueweld_estimate::fit::calibration::is_calibration;
+use trueweld_estimate::fit::{
+    self, EffectScope, FitProblem, Fitted, FreeParameter, LeastSquaresStep, Slopes,
+};
+use trueweld_plant::effects::{Effect, EffectKind, Location, Parameter, Role, library};
+
+/// Smallest size of one effect at one place that the data would have shown, beside all
+/// calibrations.
+#[derive(Debug, Clone)]
+pub struct EffectLimit {
+    /// The effect.
+    pub kind: &'static EffectKind,
+    /// Where.
+    pub at: Location,
+    /// Index of the parameter that is its size.
+    pub parameter: usize,
+    /// The value of the parameter at the limit.
+    pub value: f64,
+}
+
+/// A hypothesis, and what screening says of it.
+#[derive(Debug, Clone)]
+pub(crate) struct ScreenedEffect {
+    /// The effect with the values to start a fit from, and by how much the sum of squares would
+    /// fall: beside the calibrations at their best, and beside none.
+    pub starts: [(Effect, f64); 2],
+    /// Smallest size that would have been seen.
+    pub limit: EffectLimit,
+    /// Slopes of its sizes; of a sine those at both phases.
+    pub slopes: Vec<Slopes>,
+}
+
+/// Share of a torque's small step, which suits the strongest joint, at which its slope is taken:
+/// small for the weakest as well.
+const OF_TORQUE: f64 = 0.1;
+
+/// Waves along a weld that a plate's waviness is looked for with.
+const WAVES: [f64; 16] =
+    [0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0];
+
+/// Shares of a weld's length at which a step of the material is looked for.
+const POSITIONS: [f64; 11] = [0.08, 0.17, 0.25, 0.33, 0.42, 0.5, 0.58, 0.67, 0.75, 0.83, 0.92];
+
+/// Orders of the spindle that are looked for.
+const SPINDLE_ORDERS: [f64; 6] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+
+/// Values of its shaping parameters that a hypothesis is screened with.
+fn shapes(kind: &'static EffectKind, length: f64) -> Vec<Vec<(usize, f64)>> {
+    let mut all = vec![Vec::new()];
+    for (k, p) in kind.parameters.iter().enumerate() {
+        let values: Vec<f64> = match p.role {
+            Role::Shape(starts) | Role::Position { starts, .. } => starts.to_vec(),
+            Role::SpindleOrder => SPINDLE_ORDERS.to_vec(),
+            Role::Wavelength => WAVES.iter().map(|w| (length / w).clamp(p.low, p.high)).collect(),
+            Role::PathPosition => POSITIONS.iter().map(|s| s * length).collect(),
+            _ => continue,
+        };
+        all = all
+            .iter()
+            .flat_map(|a| values.iter().map(|v| [a.clone(), vec![(k, *v)]].concat()))
+            .collect();
+    }
+    all
+}
+
+/// Everything that screening needs of the point it is done at.
+#[derive(Clone, Copy)]
+pub(crate) struct SearchContext<'a> {
+    /// The logs.
+    pub problem: &'a FitProblem,
+    /// Blocks of their values.
+    pub blocks: &'a [Vec<u8>],
+    /// Where all hypotheses start from: the calibrations at their best.
+    pub null: &'a Fitted,
+    /// The same with no calibrations.
+    pub given: &'a Fitted,
+    /// Longest weld, m.
+    pub length: f64,
+}
+
+impl SearchContext<'_> {
+    /// Cost of a fit without what is no evidence beside calibrations alone.
+    pub(super) fn owed_cost(&self, fitted: &Fitted) -> f64 {
+        fitted.cost + rules::prior_penalty(&self.null.residuals, &fitted.residuals)
+    }
+
+    /// Screens one effect at one place with all its shapes; the best of them. `None` where the logs
+    /// see nothing of it.
+    pub(super) fn screen(&self, kind: &'static EffectKind, at: Location) -> Option<ScreenedEffect> {
+        let scans = kind.parameters.iter().any(|p| p.role == Role::Order);
+        let shapes = if scans { self.orders(kind, at) } else { shapes(kind, self.length) };
+        let all = shapes.into_iter().filter_map(|shape| self.screen_shape(kind, at, &shape));
+        all.reduce(|mut a, mut b| {
+            if b.starts[1].1 > a.starts[1].1 {
+                a.starts[1] = b.starts[1].clone();
+            } else {
+                b.starts[1] = a.starts[1].clone();
+            }
+            if b.starts[0].1 >= a.starts[0].1 { b } else { a }
+        })
+    }
+
+    fn screen_shape(
+        &self,
+        kind: &'static EffectKind,
+        at: Location,
+        shape: &[(usize, f64)],
+    ) -> Option<ScreenedEffect> {
+        let mut effect = kind.neutral(at);
+        for (k, v) in shape {
+            effect.values[*k] = *v;
+        }
+        let phase = kind.parameters.iter().position(|p| p.role == Role::Phase);
+        let turns: &[f64] = if phase.is_some() { &[0.0, FRAC_PI_2] } else { &[0.0] };
+        let sizes: Vec<usize> =
+            (0..kind.parameters.len()).filter(|k| kind.parameters[*k].is_size()).collect();
+        let mut more: Vec<Slopes> = Vec::new();
+        for turn in turns {
+            let mut point = self.null.point.clone();
+            let mut effect = effect.clone();
+            if let Some(phase) = phase {
+                effect.values[phase] = *turn;
+            }
+            let of = EffectScope::Shared(point.shared.len());
+            point.shared.push(effect);
+            let frees: Vec<FreeParameter> = sizes
+                .iter()
+                .map(|k| FreeParameter { of, parameter: *k, expected: f64::INFINITY })
+                .collect();
+            let share = if kind.parameters[sizes[0]].unit == "N·m" { OF_TORQUE } else { 1.0 };
+            more.extend(fit::slopes(self.problem, &point, &frees, &self.null.residuals, share));
+        }
+        let seen: f64 = more.iter().flatten().flatten().flatten().map(|v| v * v).sum();
+        if !(seen.is_finite() && seen > 1e-6) {
+            return None;
+        }
+        let (gain, after) = self::gain(self.blocks, self.null, &more)?;
+        let n = self.null.point.free.len();
+        let far = rules::GAIN.sqrt() * after.deviations()[n];
+        let effect = (effect, phase);
+        let here = (sized(&effect, &after.step.as_slice()[n..]), gain);
+        let there = self::gain(self.blocks, self.given, &more)
+            .map_or(here.clone(), |(gain, step)| {
+                (sized(&effect, &step.step.as_slice()[n..]), gain)
+            });
+        // A value held at the bound where there is no effect explains nothing.
+        let starts = [here, there].map(|(effect, gain)| {
+            let nowhere = sizes.iter().all(|k| {
+                let (p, v) = (&kind.parameters[*k], effect.values[*k]);
+                let far = matches!(p.role, Role::Reciprocal { .. }) && v == p.high;
+                v == p.without_effect(v) || far
+            });
+            (effect, if nowhere { 0.0 } else { gain })
+        });
+        // As far from nothing as would lower the sum of squares by what counts.
+        let parameter = sizes[0];
+        let value = match kind.parameters[parameter].role {
+            Role::Reciprocal { step } => 1.0 / (step * far),
+            Role::Size { step, neutral } => neutral + step * far,
+            _ => f64::NAN,
+        };
+        let limit = EffectLimit { kind, at, parameter, value };
+        Some(ScreenedEffect { starts, limit, slopes: more })
+    }
+
+    /// Orders of a sine of the joint's angle worth a closer look: the highest lines of the residual
+    /// against it, with the response to a constant offset as what a slow sine meets.
+    fn orders(&self, kind: &'static EffectKind, at: Location) -> Vec<Vec<(usize, f64)>> {
+        let Location::Joint(joint) = at else {
+            return Vec::new();
+        };
+        let role = |role: Role| kind.parameters.iter().position(|p| p.role == role);
+        let size = kind.parameters.iter().position(Parameter::is_size);
+        let (Some(order), Some(phase), Some(size)) = (role(Role::Order), role(Role::Phase), size)
+        else {
+            return Vec::new();
+        };
+        // A sine of no periods, a quarter turn on, is a constant.
+        let mut constant = kind.neutral(at);
+        (constant.values[order], constant.values[phase]) = (0.0, FRAC_PI_2);
+        let mut point = self.null.point.clone();
+        let of = EffectScope::Shared(point.shared.len());
+        point.shared.push(constant);
+        let free = FreeParameter { of, parameter: size, expected: f64::INFINITY };
+        let slope = &fit::slopes(self.problem, &point, &[free], &self.null.residuals, 1.0)[0];
+        // What is left of the residual with all calibrations at their best.
+        let Some(step) = self.null.linear.solve(None, 0.0, None) else {
+            return Vec::new();
+        };
+        let mut samples: Vec<(f64, f64, f64)> = Vec::new();
+        for (log, experiment) in self.problem.logs.iter().enumerate() {
+            let (Some(slope), Some(motion)) = (&slope[log], &self.null.residuals[log].motion)
+            else {
+                continue;
+            };
+            let mut left = self.null.residuals[log].residual.clone();
+            for (k, s) in self.null.slopes.iter().enumerate() {
+                if let Some(s) = &s[log] {
+                    left.iter_mut().zip(s).for_each(|(l, s)| *l += s * step.step[k]);
+                }
+            }
+            let every = (experiment.compared.len() / SCANNED_VALUES).max(1);
+            // A whole row at a time would keep to one component: an odd stride visits them all.
+            let every = if every.is_multiple_of(2) { every + 1 } else { every };
+            for i in (0..left.len()).step_by(every) {
+                if slope[i] != 0.0 {
+                    let angle = motion.link[experiment.compared[i].row][joint];
+                    samples.push((angle, slope[i], left[i]));
+                }
+            }
+        }
+        let (low, high) = samples
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), s| (l.min(s.0), h.max(s.0)));
+        let range = high - low;
+        if range.is_nan() || range <= 1e-3 {
+            return Vec::new();
+        }
+        let highest = match kind.parameters[size].role {
+            Role::Size { step, .. } => kind.parameters[size].high / step,
+            _ => f64::INFINITY,
+        };
+        // Half a turn of phase over the range tells two orders apart.
+        let spacing = (FRAC_PI_2 / (high - low)).clamp(0.25, 4.0);
+        let top = kind.parameters[order].high.min(HIGHEST_ORDER);
+        let count = ((top - 1.0) / spacing) as usize;
+        let power: Vec<(f64, f64)> = (0..count)
+            .into_par_iter()
+            .map(|k| {
+                let n = 1.0 + k as f64 * spacing;
+                // A constant beside the wave: an encoder's zero takes what there is of one.
+                let (mut square, mut pull) = (Matrix3::zeros(), Vector3::zeros());
+                for (angle, slope, left) in &samples {
+                    let (sine, cosine) = (n * angle).sin_cos();
+                    let row = Vector3::new(sine, cosine, 1.0) * *slope;
+                    square += row * row.transpose();
+                    pull += row * *left;
+                }
+                let alone = pull.z * pull.z / square.m33;
+                let wave = square.cholesky().map_or(Vector3::zeros(), |c| c.solve(&pull));
+                let gain = wave.dot(&pull) - alone;
+                // Of a short range a slow wave of any height is made, but none is of any height.
+                let possible = wave.xy().norm() < highest;
+                (n, if possible { gain } else { 0.0 })
+            })
+            .collect();
+        let mut peaks: Vec<usize> = (0..power.len())
+            .filter(|&k| {
+                let at = |j: usize| power.get(j).map_or(0.0, |p| p.1);
+                power[k].1 > 0.0 && power[k].1 >= at(k + 1) && (k == 0 || power[k].1 >= at(k - 1))
+            })
+            .collect();
+        peaks.sort_by(|a, b| power[*b].1.total_cmp(&power[*a].1));
+        peaks.truncate(3);
+        peaks.iter().map(|k| vec![(order, power[*k].0)]).collect()
+    }
+}
+
+/// By how much the sum of squares falls with these slopes beside all that is free, and the step that
+/// does it.
+fn gain(blocks: &[Vec<u8>], base: &Fitted, more: &[Slopes]) -> Option<(f64, LeastSquaresStep)> {
+    let more: Vec<&Slopes> = more.iter().collect();
+    let linear = base.linear.extended(blocks, &base.residuals, &base.slopes, &more);
+    let before = base.linear.solve(None, 0.0, None)?;
+    let after = linear.solve(None, 0.0, None)?;
+    let gain = base.linear.cost(&before.step) - linear.cost(&after.step);
+    gain.is_finite().then_some((gain, after))
+}
+
+/// An effect with the sizes that a step gives it from nothing; of a sine those at both phases, the
+/// second a quarter turn on.
+fn sized((effect, phase): &(Effect, Option<usize>), step: &[f64]) -> Effect {
+    let mut effect = effect.clone();
+    let parameters = effect.kind.parameters;
+    let sizes: Vec<usize> = (0..parameters.len()).filter(|k| parameters[*k].is_size()).collect();
+    for (j, k) in sizes.iter().enumerate() {
+        let parameter = &parameters[*k];
+        let cosine = step[j];
+        let size = match phase {
+            // a sin(nθ) + b cos(nθ), the second slope being that at a quarter turn.
+            Some(phase) => {
+                let sine = step[sizes.len() + j];
+                if effect.values[*k] == 0.0 && j == 0 {
+                    effect.values[*phase] = sine.atan2(cosine);
+                }
+                cosine.hypot(sine)
+            }
+            None => cosine,
+        };
+        effect.values[*k] = match parameter.role {
+            Role::Reciprocal { step } => 1.0 / (1.0 / effect.values[*k] + step * size).max(1e-12),
+            Role::Size { step, neutral } => neutral + step * size,
+            _ => effect.values[*k],
+        }
+        .clamp(parameter.low, parameter.high);
+    }
+    effect
+}
+
+/// Values of a log that a scan over orders looks at, and the highest order it looks for.
+const SCANNED_VALUES: usize = 3000;
+const HIGHEST_ORDER: f64 = 300.0;
+
+/// The likeliest hypotheses: so many by each of their two starts.
+pub(crate) fn likeliest<'s>(
+    screened: impl Iterator<Item = &'s ScreenedEffect>,
+    most: usize,
+) -> Vec<&'s ScreenedEffect> {
+    let all: Vec<&ScreenedEffect> = screened.collect();
+    let mut places: Vec<usize> = Vec::new();
+    for start in 0..2 {
+        let mut order: Vec<usize> =
+            (0..all.len()).filter(|k| all[*k].starts[start].1 > 0.5 * rules::GAIN).collect();
+        order.sort_by(|a, b| all[*b].starts[start].1.total_cmp(&all[*a].starts[start].1));
+        places.extend(order.into_iter().take(most));
+    }
+    places.sort_unstable();
+    places.dedup();
+    places.into_iter().map(|k| all[k]).collect()
+}
+
+/// Screens every effect that is no calibration, at every place, and the user's own. Best first.
+pub(crate) fn screen(ctx: &SearchContext<'_>) -> Vec<ScreenedEffect> {
+    let of_library = library()
+        .filter(|k| !is_calibration(k))
+        .flat_map(|k| k.places().into_iter().map(move |at| (k, at)));
+    let own = ctx.problem.own.iter().map(|effect| (effect.kind, effect.at));
+    let all: Vec<(&'static EffectKind, Location)> = of_library.chain(own).collect();
+    let mut screened: Vec<ScreenedEffect> = all
+        .par_iter()
+        .filter(|_| !ctx.problem.is_late())
+        .filter_map(|(kind, at)| ctx.screen(kind, *at))
+        .collect();
+    screened.sort_by(|a, b| b.starts[0].1.total_cmp(&a.starts[0].1));
+    screened
+}

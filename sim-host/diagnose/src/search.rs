@@ -1,0 +1,424 @@
+//! Full fits of the hypotheses that screening leaves, and of pairs of them.
+
+use super::confuse::Confusable;
+use super::found::{FittedEffect, found_effects};
+use super::rules::{self, is_significant, noise_excess};
+use super::screen::{ScreenedEffect, SearchContext, likeliest, screen};
+use rayon::prelude::*;
+use std::slice;
+use trueweld_core::JOINTS;
+use trueweld_estimate::fit::calibration::{calibrations, in_proportion, is_calibration};
+use trueweld_estimate::fit::{
+    self, EffectScope, FitProblem, FitState, Fitted, FreeParameter, Residuals, Slopes,
+    SolverOptions, Termination,
+};
+use trueweld_estimate::predict::{ComparedQuantity, PredictError};
+use trueweld_plant::effects::{Effect, EffectKind, Location, Role};
+use trueweld_plant::robot::{Channel, ElasticRobot};
+
+/// Fits the calibrations alone: those logs first whose residuals follow them nearly in proportion,
+/// then all.
+///
+/// # Errors
+/// [`PredictError`].
+pub fn fit_calibrations(problem: &FitProblem, blocks: &[Vec<u8>]) -> Result<Fitted, PredictError> {
+    let point = calibrations(problem);
+    let stale = in_proportion(&point);
+    fit::fit(problem, &point, blocks, &[], SolverOptions::full(stale))
+}
+
+/// The same point with those calibrations that are free at nothing, and the slopes there.
+///
+/// # Errors
+/// [`PredictError`].
+pub(crate) fn evaluate_uncalibrated(
+    problem: &FitProblem,
+    blocks: &[Vec<u8>],
+    fitted: &Fitted,
+) -> Result<Fitted, PredictError> {
+    let mut point = fitted.point.clone();
+    point.reset(|effect| is_calibration(effect.kind));
+    // Residuals are in proportion to the first of them: their slopes stay.
+    let stale = in_proportion(&point);
+    fit::fit(problem, &point, blocks, &fitted.slopes[..stale], SolverOptions::steps(0, stale))
+}
+
+/// Fits one hypothesis roughly from where screening left it: beside the calibrations at their best
+/// without it, which may have moved far to hide it, and beside none.
+fn fit_hypothesis(ctx: &SearchContext<'_>, screened: &ScreenedEffect) -> Vec<Fitted> {
+    // The same where nothing is free.
+    let bases = if ctx.null.slopes.is_empty() { 1 } else { 2 };
+    [ctx.null, ctx.given]
+        .into_par_iter()
+        .zip(&screened.starts)
+        .take(bases)
+        .filter_map(|(base, (effect, _))| {
+            let point = start(ctx, base, effect)?;
+            let options = SolverOptions::steps(ROUGHLY, base.slopes.len());
+            fit::fit(ctx.problem, &point, ctx.blocks, &base.slopes, options).ok()
+        })
+        .collect()
+}
+
+/// Where a fit of an effect beside `base` starts. Slopes at nothing say little of the size of what
+/// is not in proportion to it, a gap or a loop: several sizes are judged with the calibrations at
+/// their best beside them.
+fn start(ctx: &SearchContext<'_>, base: &Fitted, effect: &Effect) -> Option<FitState> {
+    let mut with = base.point.clone();
+    with.shared.push(effect.clone());
+    let last = with.shared.len() - 1;
+    let mut at_size = |factor: f64| {
+        with.shared[last] = scaled(effect, factor);
+        fit::residuals_beside(ctx.problem, &with, (&base.residuals, &with.shared[last])).ok()
+    };
+    let mut tried: Vec<(f64, Residuals)> = Vec::new();
+    for factor in START_SIZE_FACTORS {
+        let same = |f: &f64| scaled(effect, *f).values == scaled(effect, factor).values;
+        if tried.iter().any(|(f, _)| same(f)) {
+            continue;
+        }
+        tried.extend(at_size(factor).map(|at| (factor, at)));
+        if let [(smaller, below), (larger, above)] = tried.as_slice()
+            && follows(&base.residuals, below, above, smaller / larger)
+        {
+            // In proportion: the best size is the one that its slopes gave.
+            break;
+        }
+    }
+    let judged = tried.into_iter().filter_map(|(factor, at)| {
+        let linear = base.linear.beside(ctx.blocks, &at, &base.slopes);
+        let step = linear.solve(None, 0.0, None)?.step;
+        Some((linear.cost(&step), factor, step))
+    });
+    let (_, factor, step) = judged.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let mut point =
+        if base.slopes.is_empty() { base.point.clone() } else { base.point.moved(&step) };
+    point.add(scaled(effect, factor));
+    Some(point)
+}
+
+/// True where residuals change from `base` to `below` by so large a `share` of what they change to
+/// `above`.
+fn follows(base: &Residuals, below: &Residuals, above: &Residuals, share: f64) -> bool {
+    let (mut off, mut all) = (0.0, 0.0);
+    for ((base, below), above) in base.iter().zip(below).zip(above) {
+        for ((r, b), a) in base.residual.iter().zip(&below.residual).zip(&above.residual) {
+            off += (b - r - share * (a - r)).powi(2);
+            all += (share * (a - r)).powi(2);
+        }
+    }
+    off <= IN_PROPORTION * IN_PROPORTION * all
+}
+
+/// Share of a change of residuals to which it is in proportion to a size where no other size needs
+/// to be tried.
+const IN_PROPORTION: f64 = 0.05;
+
+/// An effect with its sizes so many times as large, within their bounds.
+fn scaled(effect: &Effect, factor: f64) -> Effect {
+    let mut effect = effect.clone();
+    for (v, p) in effect.values.iter_mut().zip(effect.kind.parameters) {
+        if let Role::Size { neutral, .. } = p.role {
+            *v = (neutral + (*v - neutral) * factor).clamp(p.low, p.high);
+        }
+    }
+    effect
+}
+
+/// Factors on the size that screening gives, at which a fit may start.
+const START_SIZE_FACTORS: [f64; 6] = [0.4, 1.0, 2.5, 6.0, 15.0, 40.0];
+
+/// Fits hypotheses, best first: all of them roughly, those that come near the best in full, the
+/// best with new slopes.
+pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> Vec<Fitted> {
+    let in_time = screened.par_iter().filter(|_| !ctx.problem.is_late());
+    let cheapest = |fits: Vec<Fitted>| fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut rough: Vec<Vec<Fitted>> = in_time.map(|s| fit_hypothesis(ctx, s)).collect();
+    rough.sort_by(|a, b| cost_of(a).total_cmp(&cost_of(b)));
+    let mut rough = rough.into_iter();
+    // The better of two starts first: the other must promise to come as far.
+    let in_full = |mut fits: Vec<Fitted>, goal: f64| {
+        fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        fits.into_iter().fold(None, |best: Option<Fitted>, mut fitted| {
+            let goal = best.as_ref().map_or(goal, |best| best.cost.min(goal));
+            let options =
+                SolverOptions { goal, ..SolverOptions::full(in_proportion(&fitted.point)) };
+            refit(ctx.problem, ctx.blocks, &mut fitted, options);
+            match best {
+                Some(best) if best.cost <= fitted.cost => Some(best),
+                _ => Some(fitted),
+            }
+        })
+    };
+    let mut fits: Vec<Fitted> = Vec::new();
+    fits.extend(rough.next().and_then(|best| in_full(best, f64::INFINITY)));
+    let won = fits.first().map_or(0.0, |best| ctx.null.cost - best.cost);
+    let others = rough.collect::<Vec<_>>().into_par_iter().filter_map(|fits| {
+        if cost_of(&fits) <= ctx.null.cost - rules::NEAR_BEST_GAIN * won {
+            in_full(fits, ctx.null.cost - rules::PROMISED_WIN_SHARE * won)
+        } else {
+            cheapest(fits)
+        }
+    });
+    fits.extend(others.collect::<Vec<_>>());
+    fits.sort_by(|a, b| ctx.owed_cost(a).total_cmp(&ctx.owed_cost(b)));
+    // What such a delay does as well or better is not believed of anything else either.
+    let by_delay = fits
+        .iter()
+        .position(|f| f.point.shared.last().is_some_and(|e| is_command_hold(ctx.problem, e)));
+    fits.truncate(by_delay.unwrap_or(fits.len()));
+    if let Some(best) = fits.first_mut()
+        && let Some(last) = best.point.shared.len().checked_sub(1)
+    {
+        refit_scaled(ctx.problem, ctx.blocks, best, last);
+    }
+    fits
+}
+
+/// Cost of the best of some fits.
+fn cost_of(fits: &[Fitted]) -> f64 {
+    fits.iter().map(|f| f.cost).fold(f64::INFINITY, f64::min)
+}
+
+/// Steps of a rough fit.
+const ROUGHLY: usize = 3;
+
+/// True for a delay of motor torque that is no longer than a controller holds its commands.
+fn is_command_hold(problem: &FitProblem, effect: &Effect) -> bool {
+    if effect.at != Location::Channel(Channel::MotorTorque) {
+        return false;
+    }
+    let seen = problem
+        .logs
+        .iter()
+        .filter(|e| e.compared.iter().any(|c| c.quantity == ComparedQuantity::MotorTorque));
+    let period = seen.map(|e| e.period).fold(f64::INFINITY, f64::min);
+    period.is_finite() && effect.values[0].abs() < rules::COMMAND_HOLD_SHARE * period
+}
+
+/// What has a threshold, as a gap has, can hold a fit up: the sizes of one effect are tried a little
+/// to either side as well, all else that is free beside them.
+pub(super) fn refit_scaled(
+    problem: &FitProblem,
+    blocks: &[Vec<u8>],
+    fitted: &mut Fitted,
+    effect: usize,
+) {
+    let smooth = !has_play(problem, &fitted.point.shared[effect]);
+    for _ in 0..SCALED_FIT_ROUNDS {
+        if problem.is_late()
+            || (smooth
+                && matches!(
+                    fitted.termination,
+                    Termination::Converged | Termination::SmallDecrease
+                ))
+        {
+            return;
+        }
+        let aside = SCALED_FIT_FACTORS.par_iter().filter_map(|factor| {
+            let mut point = fitted.point.clone();
+            point.shared[effect] = scaled(&point.shared[effect], *factor);
+            let options = SolverOptions::steps(1, fitted.slopes.len());
+            fit::fit(problem, &point, blocks, &fitted.slopes, options).ok()
+        });
+        let inflation = (fit::chi_square(&fitted.residuals)
+            / fit::count(&fitted.residuals).max(1) as f64)
+            .max(1.0);
+        let best = aside.min_by(|a, b| a.cost.total_cmp(&b.cost));
+        let Some(better) = best.filter(|b| b.cost < fitted.cost - SCALED_FIT_FALL_MIN * inflation)
+        else {
+            break;
+        };
+        *fitted = better;
+        refit(problem, blocks, fitted, SolverOptions::full(in_proportion(&fitted.point)));
+    }
+}
+
+/// True for an effect that leaves links free in their backlash: the cost has steps where one is
+/// held or let go.
+fn has_play(problem: &FitProblem, effect: &Effect) -> bool {
+    let robot = ElasticRobot::with_effects(&problem.model.robot, slice::from_ref(effect), None);
+    robot.is_ok_and(|robot| (0..JOINTS).any(|i| robot.play(i) > 0.0))
+}
+
+/// Factors on a size by which it is tried aside, how often, and by how much the cost must fall with
+/// it, in what chance makes of a residual: three standard deviations.
+const SCALED_FIT_FACTORS: [f64; 6] = [0.8, 0.93, 0.98, 1.02, 1.07, 1.25];
+const SCALED_FIT_ROUNDS: usize = 4;
+const SCALED_FIT_FALL_MIN: f64 = 9.0;
+
+/// Fits on from where a fit stands.
+pub(crate) fn refit(
+    problem: &FitProblem,
+    blocks: &[Vec<u8>],
+    fitted: &mut Fitted,
+    options: SolverOptions,
+) {
+    if let Ok(better) = fit::fit(problem, &fitted.point, blocks, &fitted.slopes, options)
+        && better.cost <= fitted.cost * (1.0 + 1e-9)
+    {
+        *fitted = better;
+    }
+}
+
+/// The fit without one of its effects, from where it stands; given up where slopes do not promise
+/// the cost `goal`.
+fn fit_without(
+    ctx: &SearchContext<'_>,
+    fitted: &Fitted,
+    index: usize,
+    goal: f64,
+) -> Option<Fitted> {
+    let point = fitted.point.without(index);
+    let stale = in_proportion(&point);
+    let stays = |(free, slopes): (&FreeParameter, &Slopes)| {
+        (free.of != EffectScope::Shared(index)).then(|| slopes.clone())
+    };
+    let known: Vec<Slopes> =
+        fitted.point.free.iter().zip(&fitted.slopes).filter_map(stays).collect();
+    let options = SolverOptions { goal, ..SolverOptions::full(stale) };
+    fit::fit(ctx.problem, &point, ctx.blocks, &known, options).ok()
+}
+
+/// Explanations in which another effect that does nearly the same stands for one of several, where
+/// they explain the data about as well: so many for each effect at most.
+pub(super) fn alternatives(
+    ctx: &SearchContext<'_>,
+    fitted: &Fitted,
+    confusable: &[Confusable],
+) -> Vec<Fitted> {
+    let inflation = rules::variance_inflation(fitted);
+    let place = |e: &Effect| (e.kind.id, e.at);
+    let all = &fitted.point.shared;
+    let mut found = Vec::new();
+    for index in (0..all.len()).filter(|i| !is_calibration(all[*i].kind)) {
+        let others = confusable.iter().filter_map(|pair| {
+            let is = |(kind, at): (&EffectKind, Location)| (kind.id, at) == place(&all[index]);
+            let other = match (is(pair.first), is(pair.second)) {
+                (true, _) => pair.second,
+                (_, true) => pair.first,
+                _ => return None,
+            };
+            (!all.iter().any(|e| place(e) == (other.0.id, other.1))).then_some(other)
+        });
+        let others: Vec<_> = others.take(ALTERNATIVES).collect();
+        if others.is_empty() || ctx.problem.is_late() {
+            continue;
+        }
+        let Some(base) = fit_without(ctx, fitted, index, f64::INFINITY) else { continue };
+        let beside = SearchContext { null: &base, given: &base, ..*ctx };
+        let fits = others.into_iter().filter_map(|(kind, at)| {
+            let mut fits = fit_hypothesis(&beside, &beside.screen(kind, at)?);
+            fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            let mut best = fits.into_iter().next()?;
+            let options = SolverOptions::full(in_proportion(&base.point));
+            refit(ctx.problem, ctx.blocks, &mut best, options);
+            Some(best)
+        });
+        found.extend(fits.filter(|f| f.cost - fitted.cost < rules::TIED * inflation));
+    }
+    found
+}
+
+/// Other effects that are tried in place of one.
+const ALTERNATIVES: usize = 2;
+
+/// Cost without an effect, in what it is with it, from which on it is surely needed.
+const NEEDED: f64 = 1.5;
+
+/// Effects of an explanation at most.
+const EXPLANATION_EFFECTS_MAX: usize = 4;
+
+/// What comes of a single effect once others were tried beside it.
+pub(super) struct Explained {
+    /// Fits with one effect more each, the last of them the explanation.
+    pub chosen: Vec<Fitted>,
+    /// Fits that explain the data about as well as the last, with another effect in place of its last.
+    pub alike: Vec<Fitted>,
+}
+
+impl Explained {
+    /// True where it leaves nothing that stands out of the floor.
+    pub(crate) fn is_whole(&self, problem: &FitProblem) -> bool {
+        self.chosen.last().is_some_and(|f| rules::within_noise(problem, &f.residuals))
+    }
+}
+
+/// Tries others beside a single effect, for as long as one more earns its place.
+pub(super) fn add_effects(ctx: &SearchContext<'_>, single: Fitted) -> Explained {
+    let (mut chosen, mut alike) = (vec![single], Vec::new());
+    while chosen.len() < EXPLANATION_EFFECTS_MAX
+        && !ctx.problem.is_late()
+        && let Some(fitted) = chosen.last()
+        && let Some((before, after, others)) = add_effect(ctx, fitted)
+    {
+        chosen.pop();
+        chosen.extend([before, after]);
+        alike = others;
+    }
+    Explained { chosen, alike }
+}
+
+/// The fit without one effect more, from where that has taken the others, the fit with it, and those
+/// with another in its place that the data do not tell from it. Every effect must earn its place: one
+/// that the others do as well without is dropped; of two effects, either of which does what both do,
+/// none is. A fit may be at the floor already: how high that lies is known less well than what a
+/// second effect brings.
+fn add_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted, Vec<Fitted>)> {
+    let problem = ctx.problem;
+    let mut further = add_each_effect(ctx, fitted).into_iter();
+    let more = further.next()?;
+    let last = more.point.shared.len() - 1;
+    // What the others gain on the way is not the new one's.
+    let mut before = fit_without(ctx, &more, last, fitted.cost)?;
+    if fitted.cost < before.cost {
+        before = fitted.clone();
+    }
+    // What stands out must fall by half at least: a prediction that is not quite right leaves a little
+    // for any effect to mend.
+    let enough = noise_excess(problem, &more.residuals)
+        <= rules::HALVED * noise_excess(problem, &before.residuals)
+        && fit::chi_square(&before.residuals) - fit::chi_square(&more.residuals) > rules::AMPLE;
+    if !enough || !is_significant(problem, &before, &more) {
+        return None;
+    }
+    let own = |i: &usize| !is_calibration(more.point.shared[*i].kind);
+    let goal = NEEDED * more.cost;
+    let spare =
+        |i: usize| fit_without(ctx, &more, i, goal).filter(|f| !is_significant(problem, f, &more));
+    match (0..last).filter(own).find_map(spare) {
+        None => {
+            let beside = SearchContext { null: &before, ..*ctx };
+            let reach = beside.owed_cost(&more) + rules::TIED * rules::variance_inflation(&more);
+            let alike = further.filter(|other| beside.owed_cost(other) < reach).collect();
+            Some((before, more, alike))
+        }
+        Some(fewer) if (0..last).filter(own).count() > 1 && fewer.cost < before.cost => {
+            Some((before, fewer, Vec::new()))
+        }
+        Some(_) => None,
+    }
+}
+
+/// The effects that bring more than chance beside those of a fit, fitted with them, the one that
+/// brings the most first.
+pub(crate) fn add_each_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Vec<Fitted> {
+    let Ok(given) = evaluate_uncalibrated(ctx.problem, ctx.blocks, fitted) else {
+        return Vec::new();
+    };
+    let beside = SearchContext { null: fitted, given: &given, ..*ctx };
+    let screened = screen(&beside);
+    // A gear has waves of several orders.
+    let once = |e: &Effect| e.kind.parameters.iter().all(|p| p.role != Role::Order);
+    let has = |s: &ScreenedEffect| {
+        let effect = &s.starts[0].0;
+        let same = |e: &Effect| (e.kind.id, e.at) == (effect.kind.id, effect.at);
+        once(effect) && fitted.point.shared.iter().any(same)
+    };
+    let others = likeliest(screened.iter().filter(|s| !has(s)), rules::FITTED_BESIDE);
+    let mut next = fit_all(&beside, &others);
+    // Less than a turn of a wave is none to be named, and a part of the error all the same.
+    let open = |f: &Fitted| found_effects(ctx.problem, f).iter().any(FittedEffect::has_open_order);
+    next.retain(|f| is_significant(ctx.problem, fitted, f) && !open(f));
+    next
+}

@@ -1,0 +1,6 @@
+//! Diagnosis of logs and files as they come.
+
+mod any_file;
+mod evidence;
+mod fit;
+mod plan;

@@ -1,0 +1,536 @@
+//! The linear model at a point of a fit, as normal equations in blocks of time, and its solutions:
+//! damped, with some values held, with a block left out.
+
+use super::{BLOCKS, Residuals, Slopes};
+use crate::predict::Prediction;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use std::ops::Range;
+
+/// Normal equations of a linear model in blocks: Σ (r + J u)² over each block.
+#[derive(Debug, Clone)]
+pub struct Linear {
+    /// JᵀJ of each block.
+    pub jtj: Vec<DMatrix<f64>>,
+    /// Jᵀr of each block.
+    pub jtr: Vec<DVector<f64>>,
+    /// rᵀr of each block.
+    pub rss: Vec<f64>,
+    /// Curvature of the priors: of what each value is expected to be, and how curves bend.
+    pub prior: DMatrix<f64>,
+    /// Distance from what was expected.
+    pub away: DVector<f64>,
+    /// What holds the values where a block is left out.
+    pub held_out_prior: HeldOutPrior,
+}
+
+/// What values are drawn to where a block is left out: an effect of which the other blocks say
+/// nothing is none, and what shapes it stays.
+#[derive(Debug, Clone)]
+pub struct HeldOutPrior {
+    /// Weight on each value.
+    pub weight: DVector<f64>,
+    /// Distance from what it is drawn to.
+    pub away: DVector<f64>,
+    /// Values that shape an effect.
+    pub shapes: Vec<usize>,
+}
+
+impl HeldOutPrior {
+    /// Nothing holds so many values.
+    pub fn none(values: usize) -> Self {
+        Self { weight: DVector::zeros(values), away: DVector::zeros(values), shapes: Vec::new() }
+    }
+}
+
+/// How far a value that shapes an effect may go where a block is left out, in deviations of what all
+/// blocks tell: the only block in which a step lies tells where, and the edge of its neighbour does
+/// not.
+pub(super) const STAYS: f64 = 3.0;
+
+/// Share of its diagonal that is added to normal equations: values that nothing tells apart stay together.
+pub(super) const RIDGE: f64 = 1e-10;
+
+impl Linear {
+    /// The normal equations from residuals and slopes.
+    pub fn new(
+        blocks: &[Vec<u8>],
+        at: &Residuals,
+        slopes: &[&Slopes],
+        prior: DMatrix<f64>,
+        away: DVector<f64>,
+    ) -> Self {
+        let n = slopes.len();
+        let mut linear = Self {
+            jtj: vec![DMatrix::zeros(n, n); BLOCKS],
+            jtr: vec![DVector::zeros(n); BLOCKS],
+            rss: vec![0.0; BLOCKS],
+            prior,
+            away,
+            held_out_prior: HeldOutPrior::none(n),
+        };
+        linear.add(blocks, at, slopes, (0..n, 0..n));
+        linear.add_rss(blocks, at);
+        linear
+    }
+
+    /// Adds the residuals' own squares.
+    fn add_rss(&mut self, blocks: &[Vec<u8>], at: &Residuals) {
+        for (blocks, at) in blocks.iter().zip(at) {
+            for run in runs(blocks) {
+                let r = &at.residual[run.clone()];
+                self.rss[blocks[run.start] as usize] += dot(r, r);
+            }
+        }
+    }
+
+    /// Adds to the normal equations: products of the values in one range with those before them,
+    /// and with the residuals of those in the other.
+    fn add(
+        &mut self,
+        blocks: &[Vec<u8>],
+        at: &Residuals,
+        slopes: &[&Slopes],
+        (products, gradients): (Range<usize>, Range<usize>),
+    ) {
+        for (log, blocks) in blocks.iter().enumerate() {
+            let seen: Vec<(usize, &[f64])> = slopes
+                .iter()
+                .enumerate()
+                .filter_map(|(k, s)| s[log].as_deref().map(|c| (k, c)))
+                .collect();
+            for run in runs(blocks) {
+                let b = blocks[run.start] as usize;
+                let r = &at[log].residual[run.clone()];
+                for (i, (k, a)) in seen.iter().enumerate() {
+                    let a = &a[run.clone()];
+                    if gradients.contains(k) {
+                        self.jtr[b][*k] += dot(a, r);
+                    }
+                    for (l, c) in seen[..=i].iter().filter(|_| products.contains(k)) {
+                        let product = dot(a, &c[run.clone()]);
+                        self.jtj[b][(*k, *l)] += product;
+                        if k != l {
+                            self.jtj[b][(*l, *k)] += product;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// The same with more values, of which nothing is known beforehand: `known` are the slopes of
+    /// those it has.
+    pub fn extended(
+        &self,
+        blocks: &[Vec<u8>],
+        at: &Residuals,
+        known: &[Slopes],
+        more: &[&Slopes],
+    ) -> Self {
+        let (n, all) = (self.away.len(), self.away.len() + more.len());
+        let longer = |v: &DVector<f64>| v.clone().resize_vertically(all, 0.0);
+        let mut linear = Self {
+            jtj: self.jtj.iter().map(|s| s.clone().resize(all, all, 0.0)).collect(),
+            jtr: self.jtr.iter().map(longer).collect(),
+            rss: self.rss.clone(),
+            prior: self.prior.clone().resize(all, all, 0.0),
+            away: longer(&self.away),
+            held_out_prior: HeldOutPrior {
+                weight: longer(&self.held_out_prior.weight),
+                away: longer(&self.held_out_prior.away),
+                shapes: self.held_out_prior.shapes.clone(),
+            },
+        };
+        let slopes: Vec<&Slopes> = known[..n].iter().chain(more.iter().copied()).collect();
+        linear.add(blocks, at, &slopes, (n..all, n..all));
+        linear
+    }
+
+    /// The same with one value more for each of `sums`, which moves all values of that list alike and of
+    /// which is known what is known of the first of them: one for all logs in place of one for each.
+    pub fn with_sums(&self, sums: &[Vec<usize>]) -> Self {
+        let (n, all) = (self.away.len(), self.away.len() + sums.len());
+        let mut to = DMatrix::identity(n, all);
+        for (k, sum) in sums.iter().enumerate() {
+            sum.iter().for_each(|i| to[(*i, n + k)] = 1.0);
+        }
+        let jtj = |s: &DMatrix<f64>| to.tr_mul(s) * &to;
+        let longer = |v: &DVector<f64>| v.clone().resize_vertically(all, 0.0);
+        let mut prior = self.prior.clone().resize(all, all, 0.0);
+        for (k, sum) in sums.iter().enumerate() {
+            prior[(n + k, n + k)] = self.prior[(sum[0], sum[0])];
+        }
+        Self {
+            jtj: self.jtj.iter().map(jtj).collect(),
+            jtr: self.jtr.iter().map(|s| to.tr_mul(s)).collect(),
+            rss: self.rss.clone(),
+            prior,
+            away: longer(&self.away),
+            held_out_prior: HeldOutPrior {
+                weight: longer(&self.held_out_prior.weight),
+                away: longer(&self.held_out_prior.away),
+                shapes: self.held_out_prior.shapes.clone(),
+            },
+        }
+    }
+
+    /// The same slopes beside other residuals.
+    pub fn beside(&self, blocks: &[Vec<u8>], at: &Residuals, slopes: &[Slopes]) -> Self {
+        let mut linear = self.clone();
+        linear.jtr.iter_mut().for_each(|s| s.fill(0.0));
+        linear.rss.fill(0.0);
+        let slopes: Vec<&Slopes> = slopes.iter().collect();
+        linear.add(blocks, at, &slopes, (0..0, 0..slopes.len()));
+        linear.add_rss(blocks, at);
+        linear
+    }
+
+    /// JᵀJ over all blocks but one (`None`: over all), so many times smaller, and the priors.
+    pub fn information(&self, left_out: Option<usize>, inflation: f64) -> DMatrix<f64> {
+        let mut jtj = self.prior.clone();
+        let used = (0..BLOCKS).filter(|b| Some(*b) != left_out);
+        used.for_each(|b| jtj.zip_apply(&self.jtj[b], |sum, v| *sum += v / inflation));
+        jtj
+    }
+
+    /// Standard deviations of the values as the blocks' own pulls at them scatter, in the fit's
+    /// units: residuals that follow each other, or are none of noise, count as they are. `None`
+    /// where the values are not determined.
+    pub fn scatter(&self) -> Option<DVector<f64>> {
+        let factor = self.factor()?;
+        let mean = self.jtr.iter().sum::<DVector<f64>>() / BLOCKS as f64;
+        let pulled = self.jtr.iter().map(|jtr| factor.solve(&(jtr - &mean)));
+        let squares: DVector<f64> = pulled.map(|pull| pull.component_mul(&pull)).sum();
+        let few = BLOCKS as f64 / (BLOCKS - 1) as f64;
+        Some(squares.map(|v| (v * few).sqrt()))
+    }
+
+    /// Sums over all blocks but one (`None`: over all).
+    pub(super) fn without(&self, left_out: Option<usize>) -> (DMatrix<f64>, DVector<f64>) {
+        let mut jtj = self.information(left_out, 1.0);
+        if left_out.is_some() {
+            jtj += DMatrix::from_diagonal(&self.held_out_prior.weight);
+        }
+        (jtj, self.jtr_without(left_out))
+    }
+
+    /// The same of the slopes alone.
+    pub(super) fn jtr_without(&self, left_out: Option<usize>) -> DVector<f64> {
+        let mut jtr = &self.prior * &self.away;
+        (0..BLOCKS).filter(|b| Some(*b) != left_out).for_each(|b| jtr += &self.jtr[b]);
+        if left_out.is_some() {
+            jtr += self.held_out_prior.weight.component_mul(&self.held_out_prior.away);
+        }
+        jtr
+    }
+
+    /// The same of some columns of the squares.
+    pub(super) fn columns_without(
+        &self,
+        left_out: Option<usize>,
+        columns: &[usize],
+    ) -> DMatrix<f64> {
+        let mut jtj = self.prior.select_columns(columns);
+        for (i, k) in columns.iter().enumerate() {
+            let mut own = jtj.column_mut(i);
+            for b in (0..BLOCKS).filter(|b| Some(*b) != left_out) {
+                own += self.jtj[b].column(*k);
+            }
+            if left_out.is_some() {
+                own[*k] += self.held_out_prior.weight[*k];
+            }
+        }
+        jtj
+    }
+
+    /// The best step with `damping` on the diagonal, and the covariance of the values there, in the
+    /// fit's units. `only`: the values that are free; the others stay.
+    pub fn solve(
+        &self,
+        left_out: Option<usize>,
+        damping: f64,
+        only: Option<&[usize]>,
+    ) -> Option<LeastSquaresStep> {
+        self.solve_beside(&DVector::zeros(self.away.len()), left_out, damping, only)
+    }
+
+    /// The same where the values that are not free step by what `fixed` says; it is 0 for those
+    /// that are.
+    pub(super) fn solve_beside(
+        &self,
+        fixed: &DVector<f64>,
+        left_out: Option<usize>,
+        damping: f64,
+        only: Option<&[usize]>,
+    ) -> Option<LeastSquaresStep> {
+        let (jtj, jtr) = self.without(left_out);
+        let jtr = jtr + &jtj * fixed;
+        let only = only.map_or_else(|| (0..jtr.len()).collect(), <[usize]>::to_vec);
+        let factor = Factor::new(&jtj.select_rows(&only).select_columns(&only), damping)?;
+        let step = factor.solve(&jtr.select_rows(&only));
+        let mut full = fixed.clone();
+        for (i, k) in only.iter().enumerate() {
+            full[*k] = -step[i];
+        }
+        Some(LeastSquaresStep { step: full, only, factor })
+    }
+
+    /// Factor of the normal equations over all blocks, priors with them.
+    pub fn factor(&self) -> Option<Factor> {
+        Factor::new(&self.information(None, 1.0), 0.0)
+    }
+
+    /// The least cost with only `kept` values free and all others at nothing, and the step that
+    /// leads there.
+    pub fn with_only(&self, kept: &[usize]) -> Option<(f64, DVector<f64>)> {
+        let mut nothing = -&self.away;
+        kept.iter().for_each(|k| nothing[*k] = 0.0);
+        let step = self.solve_beside(&nothing, None, 0.0, Some(kept))?.step;
+        Some((self.cost(&step), step))
+    }
+
+    /// Sum of squares in all blocks after a step, without priors.
+    pub fn after(&self, step: &DVector<f64>) -> f64 {
+        (0..BLOCKS).map(|b| self.block_after(b, step)).sum()
+    }
+
+    /// Sum of squares and priors together, after a step.
+    pub fn cost(&self, step: &DVector<f64>) -> f64 {
+        let away = &self.away + step;
+        self.after(step) + (&self.prior * &away).dot(&away)
+    }
+
+    fn block_after(&self, b: usize, step: &DVector<f64>) -> f64 {
+        self.rss[b] + 2.0 * self.jtr[b].dot(step) + (&self.jtj[b] * step).dot(step)
+    }
+
+    /// The same with the values that shape effects held to what all blocks tell of them; `None`
+    /// where there are none.
+    fn staying(&self, only: Option<&[usize]>) -> Option<Self> {
+        if self.held_out_prior.shapes.is_empty() {
+            return None;
+        }
+        let deviations = self.solve(None, 0.0, only)?.deviations();
+        let mut held = self.clone();
+        for &k in &self.held_out_prior.shapes {
+            let weight = (STAYS * deviations[k]).powi(-2);
+            if weight.is_finite() {
+                held.held_out_prior.weight[k] = held.held_out_prior.weight[k].max(weight);
+            }
+        }
+        Some(held)
+    }
+
+    /// The step that all blocks but one ask for; `own`, the values that this one alone shows, are
+    /// those that it asks for beside it. `None` where the others do not determine it.
+    pub(super) fn step_from_others(&self, block: usize, own: &[usize]) -> Option<DVector<f64>> {
+        let staying = self.staying(None);
+        let held = staying.as_ref().unwrap_or(self);
+        let others: Vec<usize> = (0..self.away.len()).filter(|k| !own.contains(k)).collect();
+        let step = held.solve(Some(block), 0.0, Some(&others))?.step;
+        if own.is_empty() {
+            return Some(step);
+        }
+        Some(self.solve_beside(&step, None, 0.0, Some(own))?.step)
+    }
+
+    /// The step of each block from all the others; `None` where these do not determine it.
+    fn steps_from_others(&self, only: Option<&[usize]>) -> Vec<Option<DVector<f64>>> {
+        let staying = self.staying(only);
+        let held = staying.as_ref().unwrap_or(self);
+        (0..BLOCKS).map(|b| Some(held.solve(Some(b), 0.0, only)?.step)).collect()
+    }
+
+    /// Sum of squares of each block, predicted from all the others.
+    pub fn held_out(&self, only: Option<&[usize]>) -> Vec<f64> {
+        let steps = self.steps_from_others(only).into_iter().enumerate();
+        steps.map(|(b, step)| step.map_or(self.rss[b], |s| self.block_after(b, &s))).collect()
+    }
+
+    /// Residuals of each log, every block predicted from all the others. `at`, `slopes`: what this
+    /// is the linear model of.
+    pub(super) fn residuals_from_others(
+        &self,
+        blocks: &[Vec<u8>],
+        at: &Residuals,
+        slopes: &[Slopes],
+    ) -> Vec<Vec<f64>> {
+        let steps = self.steps_from_others(None);
+        let of_log = |(log, (blocks, at)): (usize, (&Vec<u8>, &Prediction))| {
+            let mut residual = at.residual.clone();
+            for (k, column) in slopes.iter().enumerate() {
+                let Some(column) = &column[log] else { continue };
+                for ((r, a), b) in residual.iter_mut().zip(column).zip(blocks) {
+                    *r += a * steps[usize::from(*b)].as_ref().map_or(0.0, |step| step[k]);
+                }
+            }
+            residual
+        };
+        blocks.iter().zip(at).enumerate().map(of_log).collect()
+    }
+}
+
+/// Factor of normal equations, scaled to ones on the diagonal; a value that nothing depends on
+/// stays where it is.
+#[derive(Debug, Clone)]
+pub struct Factor {
+    scale: DVector<f64>,
+    cholesky: Cholesky<f64, Dyn>,
+}
+
+impl Factor {
+    /// With `damping` added to the ones; `None` where that is not positive definite.
+    pub fn new(jtj: &DMatrix<f64>, damping: f64) -> Option<Self> {
+        let scale = jtj.diagonal().map(|own| if own > 0.0 { own.sqrt().recip() } else { 1.0 });
+        let mut scaled = jtj.component_mul(&(&scale * scale.transpose()));
+        (0..scale.len()).for_each(|i| scaled[(i, i)] += damping + RIDGE);
+        Some(Self { scale, cholesky: scaled.cholesky()? })
+    }
+
+    /// The solution for a right side, a vector or several.
+    pub fn solve<C: nalgebra::Dim>(&self, right: &RightSides<C>) -> RightSides<C>
+    where
+        nalgebra::DefaultAllocator: nalgebra::allocator::Allocator<Dyn, C>,
+    {
+        let scaled = |m: &RightSides<C>| {
+            let mut m = m.clone();
+            m.row_iter_mut().zip(&self.scale).for_each(|(mut row, s)| row *= *s);
+            m
+        };
+        scaled(&self.cholesky.solve(&scaled(right)))
+    }
+
+    /// Standard deviations of the values.
+    pub(crate) fn deviations(&self) -> DVector<f64> {
+        let covariance = self.cholesky.inverse().diagonal();
+        covariance.map(|v| v.max(0.0).sqrt()).component_mul(&self.scale)
+    }
+}
+
+/// Right sides of normal equations.
+type RightSides<C> = nalgebra::OMatrix<f64, Dyn, C>;
+
+/// The step to the least sum of squares of a linear model.
+#[derive(Debug, Clone)]
+pub struct LeastSquaresStep {
+    /// Of all values, in the fit's units.
+    pub step: DVector<f64>,
+    only: Vec<usize>,
+    factor: Factor,
+}
+
+impl LeastSquaresStep {
+    /// Standard deviations of the free values, in the fit's units; 0 for those that stay.
+    pub fn deviations(&self) -> DVector<f64> {
+        let mut all = DVector::zeros(self.step.len());
+        let own = self.factor.deviations();
+        self.only.iter().zip(own.iter()).for_each(|(k, d)| all[*k] = *d);
+        all
+    }
+}
+
+/// Stretches of equal values.
+fn runs(blocks: &[u8]) -> Vec<Range<usize>> {
+    let mut start = 0;
+    let run = |same: &[u8]| {
+        let from = start;
+        start += same.len();
+        from..start
+    };
+    blocks.chunk_by(|a, b| a == b).map(run).collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    // Four sums, so that they can run side by side.
+    let mut sums = [0.0; 4];
+    let (fours, tail) = a.as_chunks::<4>();
+    let (others, other_tail) = b.as_chunks::<4>();
+    for (x, y) in fours.iter().zip(others) {
+        for k in 0..4 {
+            sums[k] += x[k] * y[k];
+        }
+    }
+    sums.iter().sum::<f64>() + tail.iter().zip(other_tail).map(|(x, y)| x * y).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_beside_none_are_as_values_alone() {
+        let residual: Vec<f64> = (0..20).map(|k| f64::from(k % 7) - 2.5).collect();
+        let at: Residuals =
+            vec![Prediction { residual, motion: None, late: None, free_play_term: 0.0 }];
+        let blocks: Vec<Vec<u8>> = vec![(0..20).map(|k| k / 2).collect()];
+        let slopes: Slopes = vec![Some((0..20).map(|k| f64::from(k).sin()).collect())];
+        let none = DVector::zeros(0);
+        let alone = Linear::new(&blocks, &at, &[&slopes], DMatrix::zeros(1, 1), DVector::zeros(1));
+        let beside = Linear::new(&blocks, &at, &[], DMatrix::zeros(0, 0), none).extended(
+            &blocks,
+            &at,
+            &[],
+            &[&slopes],
+        );
+        assert_eq!(alone.rss, beside.rss);
+        assert_eq!(alone.held_out(None), beside.held_out(None));
+    }
+
+    #[test]
+    fn what_one_block_alone_tells_of_a_shape_stays_where_it_is_left_out() {
+        // The first block tells it to a tenth, the second to ten, and is off by a half of that.
+        let one = |value: f64| DMatrix::from_element(1, 1, value);
+        let mut linear = Linear {
+            jtj: vec![one(0.0); BLOCKS],
+            jtr: vec![DVector::zeros(1); BLOCKS],
+            rss: vec![1.0; BLOCKS],
+            prior: DMatrix::zeros(1, 1),
+            away: DVector::zeros(1),
+            held_out_prior: HeldOutPrior::none(1),
+        };
+        (linear.jtj[0], linear.jtj[1]) = (one(100.0), one(0.01));
+        linear.jtr[1][0] = -0.05;
+        let of_size = linear.held_out(None)[0];
+        linear.held_out_prior.shapes = vec![0];
+        let of_shape = linear.held_out(None)[0];
+        assert!((of_size - 2501.0).abs() < 1.0 && of_shape < 1.1, "{of_size} {of_shape}");
+    }
+
+    #[test]
+    fn one_value_for_two_is_the_best_of_those_that_are_alike() {
+        let block =
+            |k: usize| DMatrix::from_fn(2, 2, |i, j| if i == j { 3.0 + k as f64 } else { 1.0 });
+        let own = Linear {
+            jtj: (0..BLOCKS).map(block).collect(),
+            jtr: (0..BLOCKS).map(|k| DVector::from_vec(vec![k as f64, -2.0])).collect(),
+            rss: vec![50.0; BLOCKS],
+            prior: DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 5.0])),
+            away: DVector::from_vec(vec![0.3, -0.1]),
+            held_out_prior: HeldOutPrior::none(2),
+        };
+        let both = own.with_sums(&[vec![0, 1]]);
+        let (cost, step) = both.with_only(&[2]).unwrap();
+        let alike = |value: f64| DVector::from_vec(vec![value - 0.3, value + 0.1]);
+        let of = |value: f64| own.after(&alike(value)) + 2.0 * value * value;
+        let least = (-2000..2000).map(|v| of(f64::from(v) * 1e-3)).fold(f64::INFINITY, f64::min);
+        assert!((cost - least).abs() < 1e-3 * least, "{cost} {least}");
+        assert_eq!((step[0], step[1]), (-0.3, 0.1));
+    }
+
+    #[test]
+    fn what_blocks_disagree_by_is_the_scatter_of_their_means() {
+        // One value, the mean: the slope of each residual is −1, a block is ten of them.
+        let off = |b: usize| if b.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let linear = Linear {
+            jtj: vec![DMatrix::from_element(1, 1, 10.0); BLOCKS],
+            jtr: (0..BLOCKS).map(|b| DVector::from_element(1, -10.0 * off(b))).collect(),
+            rss: vec![10.0; BLOCKS],
+            prior: DMatrix::zeros(1, 1),
+            away: DVector::zeros(1),
+            held_out_prior: HeldOutPrior::none(1),
+        };
+        // White noise of 1 would leave 1/√100; blocks that are off by ±1 leave √(1/9).
+        assert!((linear.factor().unwrap().deviations()[0] - 0.1).abs() < 1e-6);
+        assert!((linear.scatter().unwrap()[0] - (1.0_f64 / 9.0).sqrt()).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,38 @@
+//! What a model predicts of logs, how far it is off, and effects and numbers fitted to them.
+//!
+//! ```text
+//!   Log (trueweld-logs)                 model.toml
+//!       │                                   │ plant/input
+//!       ▼                                   ▼
+//!      predict::PreparedLog ◄──────── BaselineModel, Effects
+//!                      │ predict: the plant driven by the log
+//!                      ▼
+//!      Prediction: (measured − predicted)/noise ──► residuals: Comparison, Findings
+//!                      │
+//!                      ▼
+//!      fit: FitState ──► Fitted   least squares, priors, blocks left out ──► identify: numbers
+//! ```
+//!
+//! | room | holds |
+//! |---|---|
+//! | [`mistakes`] | gross mistakes in the files, found before any physics |
+//! | [`predict`] | what a model predicts of a log's channels |
+//! | [`align`] | clocks fitted to what a model predicts |
+//! | [`residuals`] | how far a model is from its logs, and under which conditions |
+//! | [`fit`] | effects fitted to logs by their residuals; calibrations |
+//! | [`encoder_noise`] | what noise that drives every prediction leaves open of fitted values |
+//! | [`safe_space`] | where an arm may stand, and under which loads |
+//! | [`identify`] | stiffness, damping and process from logs, without a prior; poses that tell them best |
+
+pub mod align;
+pub mod encoder_noise;
+pub mod fit;
+pub mod identify;
+pub mod mistakes;
+pub mod predict;
+pub mod residuals;
+pub mod safe_space;
+
+/// Variance inflation of what is fitted to residuals of one channel: they follow each other, and so
+/// many count as one.
+pub const AUTOCORRELATION_INFLATION: f64 = 4.0;

@@ -1,0 +1,5 @@
+//! Predictions, residuals and fits, on recorded and written files.
+
+mod calibration;
+mod compare;
+mod dirty;

@@ -1,0 +1,32 @@
+//! What was recorded: logs and campaigns of logs, their formats, columns, clocks and noise, filters
+//! for them, and where a tracker stands.
+//!
+//! Left out: what a model says of them.
+
+pub mod campaign;
+pub mod channel;
+pub(crate) mod clipped;
+pub mod clock;
+pub mod dropout;
+pub mod fir;
+mod floor;
+mod kind;
+pub mod log;
+pub mod noise;
+mod outlier;
+pub mod rates;
+pub mod register;
+pub mod resample;
+pub(crate) mod sample_hold;
+
+/// Standard deviations of half a 95 % interval of a normal distribution.
+pub const HALF_95: f64 = 1.96;
+
+/// A radian counts as so many metres where rotations and positions are weighed together.
+pub const ROTATION_LENGTH: f64 = 0.5;
+
+/// The value in the middle, the upper of two; `None` of no values. They change places.
+fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}

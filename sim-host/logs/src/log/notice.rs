@@ -1,0 +1,116 @@
+//! What a reader should know of a log although nothing is wrong with it.
+
+use crate::kind::LogKind;
+use nalgebra::Vector3;
+
+/// What was noticed when a log was read.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LogNotice {
+    /// Columns with these headers are not known and left out.
+    UnknownColumns(Vec<String>),
+    /// These columns belong to static-load logs only and are left out.
+    StaticLoadColumns {
+        /// Their names.
+        columns: Vec<&'static str>,
+        /// Kind of this log.
+        kind: LogKind,
+    },
+    /// These columns have no value in any row and are read as absent.
+    EmptyColumns(Vec<&'static str>),
+    /// A clock was fitted to the motion that both instruments saw.
+    ClockFitted {
+        /// Its name.
+        clock: String,
+        /// Offset, s.
+        offset: f64,
+        /// Drift, s/s.
+        drift: f64,
+        /// What is left between the two motions, m, where it is strangely much.
+        left: Option<f64>,
+    },
+    /// Reflectors were placed in the tool frame as the encoders' motion tells: number from 1, and
+    /// place in T, m.
+    ReflectorsPlaced(Vec<(usize, Vector3<f64>)>),
+    /// An instrument is read less often than rows are written, and holds its reading until the next.
+    Held {
+        /// Its columns.
+        columns: Vec<&'static str>,
+        /// Rows that a reading stands for, on average.
+        every: f64,
+    },
+    /// Rows were thinned to a longer period; nothing faster is compared, and the noise is that of
+    /// the thinned rows.
+    Thinned {
+        /// Number of rows before.
+        rows: usize,
+        /// Period before, s.
+        from: f64,
+        /// Period after, s.
+        to: f64,
+    },
+    /// Rows whose times are uneven were brought to an even grid of this period, s.
+    Resampled(f64),
+    /// So many rows at rest lack an encoder and are left out.
+    RowsLeftOut(usize),
+    /// So many rows hold the time and the values of the row before, and are left out.
+    RowsRepeated(usize),
+    /// So many rows without encoders are interpolated.
+    RowsInterpolated(usize),
+    /// Stretches without encoders cut the log or its ends.
+    Cut {
+        /// What is missing: the column's name, or none for the encoders.
+        column: Option<&'static str>,
+        /// The first of the stretches: begin and end, s from the log's first row.
+        gaps: Vec<[f64; 2]>,
+        /// Number of pieces left.
+        pieces: usize,
+    },
+    /// Instruments that read nothing for a while, in which nothing of them is compared.
+    Dropout {
+        /// Their columns.
+        columns: Vec<&'static str>,
+        /// The first of the stretches: begin and end, s from the log's first row.
+        stretches: Vec<[f64; 2]>,
+    },
+    /// A column that reads the limit of its instrument now and then, where nothing of it is compared.
+    Clipped {
+        /// The column.
+        column: &'static str,
+        /// The limit, in the unit.
+        limit: f64,
+        /// Unit.
+        unit: &'static str,
+        /// Number of rows at the limit.
+        rows: usize,
+    },
+    /// Single readings that stand out of their neighbours on both sides.
+    Outliers {
+        /// Their columns.
+        columns: Vec<&'static str>,
+        /// Number of rows.
+        rows: usize,
+        /// By how much the worst stands out, in the unit.
+        largest: f64,
+        /// Unit.
+        unit: &'static str,
+        /// True where they are not compared; false where there are too many of them.
+        left_out: bool,
+    },
+    /// Forces of a weld that are not compared: rows are so far apart that a line of the spindle shows as a
+    /// slow force.
+    Folded {
+        /// Order of the ripple.
+        order: f64,
+        /// What the rows show it at, Hz.
+        frequency: f64,
+        /// Period of the rows, s.
+        period: f64,
+    },
+    /// Another log of the same campaign has nothing to compare.
+    LeftOut {
+        /// Its name.
+        log: String,
+        /// What is missing.
+        what: &'static str,
+    },
+}

@@ -1,0 +1,4 @@
+//! Logs, good and bad, in every format.
+
+mod formats;
+mod log;
