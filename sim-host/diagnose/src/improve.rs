@@ -154,7 +154,8 @@ impl HeldOut {
         found: impl Iterator<Item = &'f FittedEffect>,
     ) -> Result<(Vec<PerLogEffect>, FitState, Residuals), PredictError> {
         let (effects, _) = model_effects(&self.given, found, &self.problem);
-        let SortedEffects { known, per_log, .. } = SortedEffects::new(&effects, None);
+        let SortedEffects { known, per_log, .. } =
+            SortedEffects::new(&effects, &self.problem.declared, None);
         let (point, at) = per_log::fitted(&self.problem, &per_log, known)?;
         Ok((per_log, point, at))
     }
@@ -611,7 +612,7 @@ fn model_effects<'f>(
     for found in common {
         add(found.effect.clone(), Scope::Campaign, EffectOrigin::Fitted(found.clone()));
     }
-    let stated = SortedEffects::new(given, None).per_log;
+    let stated = SortedEffects::new(given, &problem.declared, None).per_log;
     for (k, found) in own.iter().enumerate() {
         if own[..k].iter().any(|f| same(&f.effect, &found.effect)) {
             continue;
@@ -631,7 +632,8 @@ fn model_effects<'f>(
     for kind in kinds {
         for other in kind.places().into_iter().map(|at| kind.neutral(at)).filter(is_renewed) {
             let entry = ModelEffect { effect: other, scope: Scope::Log };
-            let sorted = SortedEffects::new(std::slice::from_ref(&entry), None);
+            let entries = std::slice::from_ref(&entry);
+            let sorted = SortedEffects::new(entries, &problem.declared, None);
             let shows = !calibration::per_log(problem, &sorted.per_log).free.is_empty();
             if shows && !effects.iter().any(|e| same(&e.effect, &entry.effect)) {
                 effects.push(entry);

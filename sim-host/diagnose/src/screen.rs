@@ -332,6 +332,7 @@ pub(crate) fn screen(ctx: &SearchContext<'_>) -> Vec<ScreenedEffect> {
         .filter(|k| !is_calibration(k))
         .flat_map(|k| k.places().into_iter().map(move |at| (k, at)));
     let own = ctx.problem.own.iter().map(|effect| (effect.kind, effect.at));
+    let of_library = of_library.filter(|(kind, at)| !ctx.problem.is_known(kind, *at));
     let all: Vec<(&'static EffectKind, Location)> = of_library.chain(own).collect();
     let mut screened: Vec<ScreenedEffect> = all
         .par_iter()

@@ -41,6 +41,7 @@ impl Laboratory {
             problem: FitProblem {
                 model,
                 known: Vec::new(),
+                declared: Vec::new(),
                 per_log: Vec::new(),
                 own: Vec::new(),
                 logs: experiments,
@@ -165,6 +166,7 @@ fn the_planned_experiment_tells() {
         known: Vec::new(),
         per_log: Vec::new(),
         own: Vec::new(),
+        declared: Vec::new(),
         logs: vec![made(&log)],
         deadline: None,
     };

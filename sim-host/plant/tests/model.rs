@@ -195,6 +195,40 @@ fn what_is_written_is_read_back() {
 }
 
 #[test]
+fn what_is_known_without_the_logs_is_read_back() {
+    let text = "[[known]]
+id = \"encoder-offset\"
+
+[[known]]
+id = \"encoder-offset\"
+at = \"A2\"
+deviation = { offset_rad = 1e-5 }
+
+[[known]]
+id = \"payload-error\"
+";
+    let model = parse(&format!("{}\n{text}", head())).unwrap();
+    let written = model.to_toml(&fixture("models"), &Comments::default());
+    assert!(written.ends_with(text), "{written}");
+    let zero = EffectKind::of("encoder-offset").unwrap();
+    let known = |joint| KnownEffect::of(&model.known, zero, Location::Joint(joint)).unwrap();
+    assert!(known(0).is_exact());
+    assert_eq!(known(1).deviation, [1e-5]);
+    let mistake = |known: &str, says: &str| {
+        let error = parse(&format!("{}[[known]]\n{known}", head())).expect_err(known);
+        let shown = format!("{error}\n{}", error.help_text());
+        assert!(shown.contains(says), "`{says}` is not in: {shown}");
+    };
+    mistake("id = \"encoder-ofset\"", "Did you mean `encoder-offset`?");
+    mistake("id = \"encoder-offset\"\nat = \"A9\"", "A9");
+    mistake("id = \"payload-error\"\ndeviation = { mass_kg = 1.0 }", "no calibration");
+    mistake("id = \"encoder-offset\"\ndeviation = { offset_rad = 1.0 }", "offset_rad");
+    mistake("id = \"encoder-offset\"\ndeviation = { offset_mrad = 1.0 }", "offset_mrad");
+    let twice = "id = \"encoder-offset\"\n[[known]]\nid = \"encoder-offset\"";
+    mistake(twice, "stands twice");
+}
+
+#[test]
 fn paths_lead_from_the_written_file() {
     let folder = tempfile::tempdir().unwrap();
     for below in ["cell", "out"] {

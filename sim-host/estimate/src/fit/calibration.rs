@@ -50,7 +50,8 @@ pub fn calibrations(problem: &FitProblem) -> FitState {
     for (kind, Calibration { expected, scope }) in all {
         for at in kind.places() {
             let effect = kind.neutral(at);
-            if problem.per_log.iter().any(|own| own.is(&effect)) {
+            let expected = problem.deviations(&effect, expected);
+            if problem.is_known(kind, at) || problem.per_log.iter().any(|own| own.is(&effect)) {
                 continue;
             }
             match scope {

@@ -2,7 +2,7 @@
 //! are calibrations.
 
 use trueweld_plant::effects::{Action, Effect, EffectKind, Parameter};
-use trueweld_plant::input::{ModelEffect, Posterior, Scope};
+use trueweld_plant::input::{KnownEffect, ModelEffect, Posterior, Scope};
 
 /// An effect of a model whose values every log has of its own. A calibration stands among the known
 /// effects as the model states it, and each log has what it is off from there.
@@ -16,7 +16,10 @@ pub struct PerLogEffect {
 }
 
 impl PerLogEffect {
-    fn new(stated: Effect, posterior: Option<&Posterior>) -> Self {
+    fn new(stated: Effect, declared: &[KnownEffect], posterior: Option<&Posterior>) -> Self {
+        if let Some(known) = KnownEffect::of(declared, stated.kind, stated.at) {
+            return Self { expected: known.deviation.clone(), stated };
+        }
         let mut expected = expected(stated.kind);
         // What the logs of the model were off by from one another, where that is more.
         for number in posterior.iter().flat_map(|posterior| &posterior.numbers) {
@@ -63,8 +66,12 @@ pub struct SortedEffects {
 }
 
 impl SortedEffects {
-    /// Sorts effects; `posterior`: of the model that they are of.
-    pub fn new(effects: &[ModelEffect], posterior: Option<&Posterior>) -> Self {
+    /// Sorts effects; `declared` and `posterior`: of the model that they are of.
+    pub fn new(
+        effects: &[ModelEffect],
+        declared: &[KnownEffect],
+        posterior: Option<&Posterior>,
+    ) -> Self {
         let mut sorted = Self::default();
         for ModelEffect { effect, scope } in effects {
             match scope {
@@ -72,7 +79,7 @@ impl SortedEffects {
                     if is_calibration(effect.kind) {
                         sorted.known.push(effect.clone());
                     }
-                    sorted.per_log.push(PerLogEffect::new(effect.clone(), posterior));
+                    sorted.per_log.push(PerLogEffect::new(effect.clone(), declared, posterior));
                 }
                 Scope::Campaign if is_own_and_nothing(effect) => sorted.own.push(effect.clone()),
                 Scope::Campaign => sorted.known.push(effect.clone()),

@@ -28,8 +28,8 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::time::Instant;
 use trueweld_plant::effects::table::DefinedTable;
-use trueweld_plant::effects::{Action, Effect, Location, Parameter, Role};
-use trueweld_plant::input::ModelFile;
+use trueweld_plant::effects::{Action, Effect, EffectKind, Location, Parameter, Role};
+use trueweld_plant::input::{KnownEffect, ModelFile};
 
 /// Blocks in time that can be left out.
 pub const BLOCKS: usize = 10;
@@ -45,6 +45,8 @@ pub struct FitProblem {
     pub per_log: Vec<PerLogEffect>,
     /// Effects of the user's own that are hypotheses, beside the library's.
     pub own: Vec<Effect>,
+    /// What is known of effects without the logs.
+    pub declared: Vec<KnownEffect>,
     /// The logs.
     pub logs: Vec<PreparedLog>,
     /// From when on no new work is begun; `None` where there is no hurry.
@@ -57,8 +59,20 @@ impl FitProblem {
         let model =
             BaselineModel { robot: file.robot.robot.clone(), process: file.process.clone() };
         let SortedEffects { known, per_log, own } =
-            SortedEffects::new(&file.effects, file.posterior.as_ref());
-        Self { model, known, per_log, own, logs, deadline: None }
+            SortedEffects::new(&file.effects, &file.known, file.posterior.as_ref());
+        Self { model, known, per_log, own, declared: file.known.clone(), logs, deadline: None }
+    }
+
+    /// How far each value of a calibration may be off, one standard deviation: what is declared, or
+    /// else `usual`.
+    pub fn deviations<'s>(&'s self, effect: &Effect, usual: &'s [f64]) -> &'s [f64] {
+        KnownEffect::of(&self.declared, effect.kind, effect.at)
+            .map_or(usual, |known| &known.deviation)
+    }
+
+    /// True for an effect that is not looked for, since the model is right about it.
+    pub fn is_known(&self, kind: &EffectKind, at: Location) -> bool {
+        KnownEffect::of(&self.declared, kind, at).is_some_and(KnownEffect::is_exact)
     }
 
     /// The same model, judged by other logs, in no hurry.
@@ -68,6 +82,7 @@ impl FitProblem {
             known: self.known.clone(),
             per_log: self.per_log.clone(),
             own: self.own.clone(),
+            declared: self.declared.clone(),
             logs,
             deadline: None,
         }

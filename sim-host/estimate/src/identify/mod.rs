@@ -17,7 +17,7 @@
 //! ```
 //!
 //! ```no_run
-//! use crate::identify::{IdentificationTarget, identify};
+//! use trueweld_estimate::identify::{IdentificationTarget, identify};
 //! use trueweld_logs::campaign::read_logs;
 //! use trueweld_plant::input::ModelFile;
 //!

@@ -37,7 +37,7 @@ pub use file::{
     InputReader, files_read, folder_of, may_write_into, open, read_text, remove_stale,
     write_atomically, write_atomically_with,
 };
-pub use model::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
+pub use model::{Comments, EffectComments, KnownEffect, ModelEffect, ModelFile, Scope};
 pub use nearest::{did_you_mean, nearest};
 pub use posterior::{MeasuredNumber, Posterior};
 pub use process::{Process, Ripple};

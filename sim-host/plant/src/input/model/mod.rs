@@ -15,7 +15,10 @@
 //! Read here and written in [`write`]; what is written is read back to the same values. What measurements leave
 //! open of the numbers stands in `[posterior]`, a table of its own.
 
+mod known;
 mod write;
+
+pub use known::KnownEffect;
 
 use super::posterior::Posterior;
 use super::quantity::warn;
@@ -66,6 +69,8 @@ pub struct ModelFile {
     pub process_path: Option<PathBuf>,
     /// The effects, in the file's order.
     pub effects: Vec<ModelEffect>,
+    /// What is known of effects without the logs.
+    pub known: Vec<KnownEffect>,
     /// What measurements leave open of its numbers; none where it was not fitted.
     pub posterior: Option<Posterior>,
 }
@@ -134,7 +139,7 @@ impl ModelFile {
     pub fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
         let document = TomlDocument::parse(text, &path.display().to_string())?;
         let root = document.root_of(FileKind::Model.schema())?;
-        root.only(&["schema", "robot", "process", "effect", "posterior"])?;
+        root.only(&["schema", "robot", "process", "effect", "known", "posterior"])?;
         let robot_path = named_file(&root, "robot", path)?;
         let robot = RobotFile::read(&robot_path)?;
         let process_path =
@@ -150,13 +155,18 @@ impl ModelFile {
             Vec::new()
         };
         warn_of_twins(&effects, &robot, path);
+        let known = if root.has("known") {
+            KnownEffect::read_all(&root.tables("known")?, &robot)?
+        } else {
+            Vec::new()
+        };
         let posterior = if root.has("posterior") {
             Some(posterior(&root.table("posterior")?, &effects, &robot)?)
         } else {
             None
         };
         let path = path.to_owned();
-        Ok(Self { path, robot, robot_path, process, process_path, effects, posterior })
+        Ok(Self { path, robot, robot_path, process, process_path, effects, known, posterior })
     }
 
     /// Digest of all that a posterior belongs to, itself with it: SHA-256, hexadecimal. Where files
@@ -172,6 +182,7 @@ impl ModelFile {
         for effect in &self.effects {
             self.write_effect(&mut text, effect, &EffectComments::default());
         }
+        self.known.iter().for_each(|known| self.write_known(&mut text, known));
         if let Some(posterior) = &self.posterior {
             self.write_posterior(&mut text, posterior, "");
         }

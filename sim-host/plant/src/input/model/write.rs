@@ -1,6 +1,6 @@
 //! The text of a model file.
 
-use super::{Comments, EffectComments, ModelEffect, ModelFile, Scope};
+use super::{Comments, EffectComments, KnownEffect, ModelEffect, ModelFile, Scope};
 use crate::effects::formula::{CustomParameter, CustomRole, Formula};
 use crate::effects::table::Places;
 use crate::effects::{Action, Effect};
@@ -23,6 +23,10 @@ impl ModelFile {
         for (i, model_effect) in self.effects.iter().enumerate() {
             text.push('\n');
             self.write_effect(&mut text, model_effect, comments.effects.get(i).unwrap_or(&none));
+        }
+        for known in &self.known {
+            text.push('\n');
+            self.write_known(&mut text, known);
         }
         if let Some(posterior) = &self.posterior {
             text.push('\n');
@@ -58,6 +62,23 @@ impl ModelFile {
         line(text, "covariance", numbers(&mut of.covariance.iter().copied()));
         line(text, "score", number(of.score));
         line(text, "campaign_sha256", quoted(&of.campaign));
+    }
+
+    pub(super) fn write_known(&self, text: &mut String, known: &KnownEffect) {
+        text.push_str("[[known]]\n");
+        line(text, "id", quoted(known.kind.id));
+        if let Some(at) = known.at {
+            let effect = Effect { kind: known.kind, at, values: Vec::new() };
+            line(text, "at", quoted(effect.at_name(&self.robot)));
+        }
+        let deviations = known.kind.parameters.iter().zip(&known.deviation);
+        let open: Vec<String> = deviations
+            .filter(|(_, deviation)| **deviation > 0.0)
+            .map(|(parameter, deviation)| format!("{} = {}", parameter.name, number(*deviation)))
+            .collect();
+        if !open.is_empty() {
+            line(text, "deviation", format!("{{ {} }}", open.join(", ")));
+        }
     }
 
     pub(super) fn write_effect(
