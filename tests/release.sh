@@ -10,7 +10,7 @@ into=out/release
 mkdir -p $into
 results=out/release.md
 wants() { [[ " $parts " == *" $1 "* ]]; }
-run() { cargo run --quiet --release -p trueweld-tests --bin "$@"; }
+run() { cargo run --quiet --release -p trueweld-tests -- "$@"; }
 
 {
   echo "# Results of a release"
@@ -36,7 +36,7 @@ if wants corpus; then
   corpus() {
     name=$1
     shift
-    run corpus -- "$@" --out $into/"$name".jsonl --table $into/"$name".md
+    run corpus "$@" --out $into/"$name".jsonl --table $into/"$name".md
     { printf '\n## %s\n\n`corpus %s`\n\n' "$name" "$*"; cat $into/"$name".md; } >> $results.part
   }
   corpus campaigns --seed 351 --cases 120 --short
@@ -45,9 +45,9 @@ if wants corpus; then
   corpus at-three-times-the-limit --seed 91 --cases 400 --target 3 --short
   corpus flawless --flawless --seed 4711 --cases 300 --short
   corpus outside-the-library --outside --seed 213 --cases 32
-  { printf '\n## coverage\n\n'; run coverage -- --seed 9 --cases 64 --out $into/coverage.jsonl; } >> $results.part
+  { printf '\n## coverage\n\n'; run coverage --seed 9 --cases 64 --out $into/coverage.jsonl; } >> $results.part
   for what in stiffness damping process; do
-    { printf '\n## identified: %s\n\n' $what; run identified -- $what; } >> $results.part
+    { printf '\n## identified: %s\n\n' $what; run identified $what; } >> $results.part
   done
   { printf '\n## resonance\n\n'; run resonance; } >> $results.part
 fi

@@ -1,8 +1,7 @@
 //! The coverage experiment of `identify`: how often a 95 % interval holds the truth of a simulated
 //! campaign whose stiffness, damping or process is off by up to a factor of two.
 
-use clap::{Parser, ValueEnum};
-use std::process::ExitCode;
+use clap::{Args, ValueEnum};
 use trueweld_evaluate::Rate;
 use trueweld_tests::identified::{Case, Seen, examine};
 
@@ -15,8 +14,8 @@ enum What {
 }
 
 /// Measures how often the intervals of `identify` hold the truth.
-#[derive(Debug, Parser)]
-struct Arguments {
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
     /// What is identified.
     #[arg(value_enum)]
     what: What,
@@ -28,7 +27,7 @@ struct Arguments {
     cases: u64,
 }
 
-fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     let (mut all, mut without) = (Seen::default(), 0);
     for seed in arguments.seed..arguments.seed + arguments.cases {
         let case = match arguments.what {
@@ -63,14 +62,4 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
         all.untold
     );
     Ok(())
-}
-
-fn main() -> ExitCode {
-    match go(&Arguments::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{error}");
-            ExitCode::FAILURE
-        }
-    }
 }

@@ -1,16 +1,15 @@
 //! Writes one synthetic campaign, to try the tools on.
 
-use clap::Parser;
+use clap::Args;
 use std::path::PathBuf;
-use std::process::ExitCode;
 use trueweld_laboratory::{OutOfLibrary, OutOfLibraryKind, Recipe};
 use trueweld_plant::effects::{Effect, library};
 use trueweld_plant::input::{InputFile, RobotFile};
-use trueweld_tests::{LABORATORY, ended, fixture};
+use trueweld_tests::{LABORATORY, fixture};
 
 /// Writes one synthetic measurement campaign, with what was built in stated in its truth.toml.
-#[derive(Debug, Parser)]
-struct Arguments {
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
     /// Folder to write into.
     #[arg(long)]
     out: PathBuf,
@@ -44,7 +43,7 @@ struct Arguments {
     seed: u64,
 }
 
-fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     let mut recipe = Recipe::plain(arguments.seed).with_nuisance(
         arguments.stiffness,
         arguments.offset,
@@ -83,8 +82,4 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     LABORATORY.write(&recipe, &arguments.out)?;
     println!("{} written, seed {}", arguments.out.display(), arguments.seed);
     Ok(())
-}
-
-fn main() -> ExitCode {
-    ended(go(&Arguments::parse()))
 }

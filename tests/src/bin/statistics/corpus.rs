@@ -1,23 +1,22 @@
 //! The corpus experiment: hides effects in synthetic campaigns, has them diagnosed, and counts the
 //! answers.
 
-use clap::Parser;
+use clap::Args;
 use std::collections::BTreeMap;
 use std::fs::{OpenOptions, read_to_string};
 use std::io::{ErrorKind, Write as _};
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::time::Instant;
 use trueweld_laboratory::{CorpusCase, Hidden, Protocol};
 use trueweld_plant::input::write_atomically;
 use trueweld_tests::corpus::{Judged, Tally, examine};
-use trueweld_tests::{LABORATORY, ended, outside};
+use trueweld_tests::{LABORATORY, outside};
 
 /// Measures how well a diagnosis names what is hidden in synthetic campaigns.
 ///
 /// Appends a line of JSON to OUT for each case; cases already there are not done again.
-#[derive(Debug, Parser)]
-struct Arguments {
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
     /// Seed of the corpus.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -68,7 +67,7 @@ impl Arguments {
     }
 }
 
-fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     for file in [Some(&arguments.out), arguments.table.as_ref()].into_iter().flatten() {
         if let Some(folder) = file.parent() {
             std::fs::create_dir_all(folder)
@@ -137,8 +136,4 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
         None => print!("{table}"),
     }
     Ok(())
-}
-
-fn main() -> ExitCode {
-    ended(go(&Arguments::parse()))
 }

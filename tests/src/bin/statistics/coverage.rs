@@ -1,6 +1,6 @@
 //! The coverage experiment: how often a posterior holds the truth of a simulated campaign.
 
-use clap::Parser;
+use clap::Args;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -8,7 +8,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{OpenOptions, read_to_string};
 use std::io::{ErrorKind, Write as _};
 use std::path::PathBuf;
-use std::process::ExitCode;
 use trueweld_diagnose::posterior::of_fit;
 use trueweld_estimate::fit::calibration::{calibrations, in_proportion, is_calibration};
 use trueweld_estimate::fit::{self, SolverOptions};
@@ -18,16 +17,16 @@ use trueweld_logs::HALF_95;
 use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Role, library};
 use trueweld_plant::input::Posterior;
 use trueweld_plant::random::Random;
+use trueweld_tests::LABORATORY;
 use trueweld_tests::corpus::ready;
-use trueweld_tests::{LABORATORY, ended};
 
 /// Measures how often the 95 % intervals and ellipsoids of a posterior hold the truth.
 ///
 /// Each campaign hides one effect of the library, which is fitted as if a diagnosis had named it, in
 /// a cell whose stiffnesses, encoder zeros, links and tracker are off as they are expected to be.
 /// Appends a line of JSON to OUT for each case; cases already there are not done again.
-#[derive(Debug, Parser)]
-struct Arguments {
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
     /// Seed of the campaigns.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -213,7 +212,7 @@ fn table(cases: &[Case]) -> String {
     lines.join("\n")
 }
 
-fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     let text = match read_to_string(&arguments.out) {
         Ok(text) => text,
         Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
@@ -234,8 +233,4 @@ fn go(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     cases.retain(|case| case.index < arguments.cases);
     println!("{}", table(&cases));
     Ok(())
-}
-
-fn main() -> ExitCode {
-    ended(go(&Arguments::parse()))
 }

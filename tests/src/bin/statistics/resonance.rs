@@ -4,7 +4,7 @@
 use trueweld_plant::simulate::ControllerKind;
 use trueweld_tests::resonance::{Lines, fixtures, started_at, unscaled, usable, weld};
 
-fn main() {
+pub(crate) fn run() {
     let speeds = [500.0, 600.0, 700.0, 750.0, 800.0, 900.0, 1000.0, 1080.0, 1200.0];
     for (controller, faster) in [
         (ControllerKind::External, 1.0),
