@@ -70,16 +70,17 @@ pub(crate) fn clipped(series: &[f64], others: &[&[f64]], centred: bool) -> Vec<C
     if !is_fine(series, &all) {
         return Vec::new();
     }
-    let is_clipped = |limit: &f64| {
-        let runs = runs(limit);
-        let long: Vec<Range<usize>> =
-            runs.iter().filter(|r| r.len() >= LIMIT_RUN_ROWS_MIN).cloned().collect();
-        !long.is_empty()
-            && is_noisy(series, *limit, &beside(&long, series.len()))
-            && (others.is_empty() || any_moves(others, &long))
-    };
-    limits.retain(is_clipped);
+    limits.retain(|limit| stays_at(series, others, *limit));
     limits.into_iter().map(|limit| at(limit, runs(&limit))).collect()
+}
+
+/// True where a series that is noisy beside a limit stays at it for long while others move.
+fn stays_at(series: &[f64], others: &[&[f64]], limit: f64) -> bool {
+    let mut long = runs(series, limit);
+    long.retain(|run| run.len() >= LIMIT_RUN_ROWS_MIN);
+    !long.is_empty()
+        && is_noisy(series, limit, &beside(&long, series.len()))
+        && (others.is_empty() || any_moves(others, &long))
 }
 
 /// Runs of rows that read a value.

@@ -161,6 +161,54 @@ pub fn rigid(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> Option<(Matrix3<f64>
     turn.sum().is_finite().then(|| (turn, b - turn * a))
 }
 
+/// What the log's own path does at the times of the points that another instrument saw.
+#[derive(Default)]
+struct Matched {
+    /// On the log's own clock, s.
+    times: Vec<f64>,
+    /// The own path, m.
+    path: Vec<Vector3<f64>>,
+    /// Its velocity, m/s.
+    rate: Vec<Vector3<f64>>,
+    /// The point that was seen, m.
+    point: Vec<Vector3<f64>>,
+}
+
+impl Matched {
+    /// Points `seen`, at their times on the other clock, s, matched by `map`: but for those at the
+    /// ends of the own points and in their gaps. `period`: of the own points, s.
+    fn new(own: &Points<'_>, period: f64, seen: &[(f64, Vector3<f64>)], map: &ClockMap) -> Self {
+        let mut matched = Self::default();
+        let [first, .., last] = *own.time else { return matched };
+        let mut k = 0;
+        for (tau, p) in seen {
+            let t = map.own(*tau);
+            if t < first + period || t > last - period {
+                continue;
+            }
+            while k + 1 < own.time.len() && own.time[k + 1] <= t {
+                k += 1;
+            }
+            let width = own.time.get(k + 1).map_or(period, |next| next - own.time[k]);
+            if width > 3.0 * period.max(f64::MIN_POSITIVE) {
+                continue;
+            }
+            let place = k as f64 + ((t - own.time[k]) / width).clamp(0.0, 1.0);
+            let half = 0.5;
+            let x = interpolate(own.point, place);
+            let v = (interpolate(own.point, place + half) - interpolate(own.point, place - half))
+                / (2.0 * half * width);
+            if x.sum().is_finite() && v.sum().is_finite() {
+                matched.times.push(t);
+                matched.path.push(x);
+                matched.rate.push(v);
+                matched.point.push(*p);
+            }
+        }
+        matched
+    }
+}
+
 /// Fits the clock of `other` against that of `own`, from `start` on. `step`: how well the start's
 /// offset is known, s. What is given in `given` (offset, drift) stays. `None` where both share too
 /// little time.
@@ -182,42 +230,11 @@ pub fn fit(
         .map(|(t, p)| (*t, *p))
         .collect();
     let (first, last) = (*own.time.first()?, *own.time.last()?);
-    // Drift is told about the middle, where it does not change the offset.
-    let at = |map: &ClockMap| {
-        let mut times: Vec<f64> = Vec::new();
-        let [mut path, mut rate, mut point] = [(); 3].map(|()| Vec::<Vector3<f64>>::new());
-        let mut k = 0;
-        for (tau, p) in &seen {
-            let t = map.own(*tau);
-            if t < first + period || t > last - period {
-                continue;
-            }
-            while k + 1 < own.time.len() && own.time[k + 1] <= t {
-                k += 1;
-            }
-            let width = own.time.get(k + 1).map_or(period, |next| next - own.time[k]);
-            if width > 3.0 * period.max(f64::MIN_POSITIVE) {
-                continue;
-            }
-            let place = k as f64 + ((t - own.time[k]) / width).clamp(0.0, 1.0);
-            let half = 0.5;
-            let x = interpolate(own.point, place);
-            let v = (interpolate(own.point, place + half) - interpolate(own.point, place - half))
-                / (2.0 * half * width);
-            if x.sum().is_finite() && v.sum().is_finite() {
-                times.push(t);
-                path.push(x);
-                rate.push(v);
-                point.push(*p);
-            }
-        }
-        (times, path, rate, point)
-    };
     let mut map = start;
     let mut frame: Option<(Matrix3<f64>, Vector3<f64>, bool)> = None;
     let mut fitted = None;
     for _ in 0..25 {
-        let (times, path, rate, point) = at(&map);
+        let Matched { times, path, rate, point } = Matched::new(own, period, &seen, &map);
         if times.len() < 12 {
             return None;
         }
@@ -233,6 +250,7 @@ pub fn fit(
                 }
             }
         };
+        // Drift is told about the middle, where it does not change the offset.
         let middle = times.iter().sum::<f64>() / times.len() as f64;
         let mut normal = SMatrix::<f64, 8, 8>::zeros();
         let mut right = SVector::<f64, 8>::zeros();

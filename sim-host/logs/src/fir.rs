@@ -33,6 +33,18 @@ pub(super) fn bessel(x: f64) -> f64 {
     sum
 }
 
+/// Weight of an ideal low-pass in Kaiser's window at `k` samples from the middle. `band`: twice the
+/// cut-off frequency, per sample; `reach`: half the window's width, samples.
+fn windowed_sinc(k: f64, band: f64, reach: f64) -> f64 {
+    let u = k / reach;
+    if u.abs() >= 1.0 {
+        return 0.0;
+    }
+    let x = band * k;
+    let sinc = if x == 0.0 { 1.0 } else { (PI * x).sin() / (PI * x) };
+    sinc * bessel(KAISER_BETA_50_DB * (1.0 - u * u).sqrt()) / bessel(KAISER_BETA_50_DB)
+}
+
 impl LowPass {
     /// A filter with its half-power point near `cutoff` Hz, for samples every `period` s; higher
     /// where the samples are so dense that it would not end.
@@ -40,15 +52,7 @@ impl LowPass {
         let cutoff = cutoff.max(1.46 / (MOST_HALF * period));
         let half = ((1.46 / (cutoff * period)).ceil() as usize).max(1);
         let reach = half as f64 + 1.0;
-        let kernel = |k: f64| {
-            let u = k / reach;
-            if u.abs() >= 1.0 {
-                return 0.0;
-            }
-            let x = 2.0 * cutoff * period * k;
-            let sinc = if x == 0.0 { 1.0 } else { (PI * x).sin() / (PI * x) };
-            sinc * bessel(KAISER_BETA_50_DB * (1.0 - u * u).sqrt()) / bessel(KAISER_BETA_50_DB)
-        };
+        let kernel = |k: f64| windowed_sinc(k, 2.0 * cutoff * period, reach);
         let at = |k: usize| k as f64 - half as f64;
         let n = 2 * half + 1;
         let mut value: Vec<f64> = (0..n).map(|k| kernel(at(k))).collect();
@@ -122,20 +126,11 @@ impl LowPass {
         k: usize,
     ) -> f64 {
         let last = length as isize - 1;
-        let mirrored = |i: isize| {
-            if i < 0 {
-                2.0 * series(0) - series((-i).min(last) as usize)
-            } else if i > last {
-                2.0 * series(last as usize) - series((2 * last - i).max(0) as usize)
-            } else {
-                series(i as usize)
-            }
-        };
         let first = k as isize - self.half as isize;
         self.taps[derivative]
             .iter()
             .enumerate()
-            .map(|(j, w)| w * mirrored(first + j as isize))
+            .map(|(j, w)| w * mirrored(&series, last, first + j as isize))
             .sum()
     }
 
@@ -156,6 +151,18 @@ impl LowPass {
             smooth.iter_mut().zip(shifted).for_each(|(sum, x)| *sum += weight * x);
         }
         smooth
+    }
+}
+
+/// A series of which `last` is the last sample at sample `i`, beyond its ends as its mirror image
+/// through the last point.
+fn mirrored(series: &impl Fn(usize) -> f64, last: isize, i: isize) -> f64 {
+    if i < 0 {
+        2.0 * series(0) - series((-i).min(last) as usize)
+    } else if i > last {
+        2.0 * series(last as usize) - series((2 * last - i).max(0) as usize)
+    } else {
+        series(i as usize)
     }
 }
 

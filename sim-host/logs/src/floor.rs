@@ -19,21 +19,23 @@ const NOISE_SAMPLES_MIN: usize = 64;
 pub(super) fn relative_rotation(rotation: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let mut sum = Vector3::zeros();
     let mut before = rotation.first().map(rotation_from_vector);
-    let step = |r: &Vector3<f64>| {
-        let now = rotation_from_vector(r);
+    let mut relative = Vec::with_capacity(rotation.len());
+    for vector in rotation {
+        let now = rotation_from_vector(vector);
         if let Some(b) = before.filter(|b| b.sum().is_finite()) {
             let turned = rotation_vector(&b.tr_mul(&now));
             if turned.sum().is_finite() {
                 sum += turned;
             }
         }
-        if !now.sum().is_finite() {
-            return Vector3::repeat(f64::NAN);
+        if now.sum().is_finite() {
+            before = Some(now);
+            relative.push(sum);
+        } else {
+            relative.push(Vector3::repeat(f64::NAN));
         }
-        before = Some(now);
-        sum
-    };
-    rotation.iter().map(step).collect()
+    }
+    relative
 }
 
 /// Standard deviation of the white noise under a series: the median over the upper half of its

@@ -115,34 +115,35 @@ impl SeriesReadings<'_> {
     /// series is curved, and, as a deviation, by how much more: of the side where it is more, and by
     /// how much the curve changes.
     fn misses(&self, p: usize, after: usize) -> Option<(f64, f64)> {
-        let of = |rows: Range<usize>| {
-            let mut all: Vec<f64> = rows
-                .flat_map(|q| {
-                    let before = (q >= LINE_READINGS).then(|| self.line(q - LINE_READINGS));
-                    let after = (q + LINE_READINGS < self.known.len()).then(|| self.line(q + 1));
-                    before.into_iter().chain(after).map(move |line| self.missed(q, line))
-                })
-                .collect();
-            let middle = all.len() / 2;
-            let enough = all.len() > SCATTER_NEIGHBOURS / 2;
-            enough.then(|| {
-                let centre = *all.select_nth_unstable_by(middle, f64::total_cmp).1;
-                all.iter_mut().for_each(|miss| *miss = (*miss - centre).abs());
-                let spread = *all.select_nth_unstable_by(middle, f64::total_cmp).1;
-                (centre, spread / 0.6745)
-            })
-        };
         // Lines of its readings do not reach the run.
         let n = self.known.len();
         let before =
-            of(p.saturating_sub(SCATTER_NEIGHBOURS + LINE_READINGS)
-                ..p.saturating_sub(LINE_READINGS));
+            p.saturating_sub(SCATTER_NEIGHBOURS + LINE_READINGS)..p.saturating_sub(LINE_READINGS);
         let behind =
-            of((after + LINE_READINGS).min(n)..(after + LINE_READINGS + SCATTER_NEIGHBOURS).min(n));
-        match (before, behind) {
+            (after + LINE_READINGS).min(n)..(after + LINE_READINGS + SCATTER_NEIGHBOURS).min(n);
+        match (self.scatter(before), self.scatter(behind)) {
             (Some(a), Some(b)) => Some((0.5 * (a.0 + b.0), a.1.max(b.1) + (a.0 - b.0).abs())),
             (one, other) => one.or(other),
         }
+    }
+
+    /// Median and deviation of how far the lines beside them miss some readings; `None` of too few.
+    fn scatter(&self, rows: Range<usize>) -> Option<(f64, f64)> {
+        let mut all: Vec<f64> = rows
+            .flat_map(|q| {
+                let before = (q >= LINE_READINGS).then(|| self.line(q - LINE_READINGS));
+                let after = (q + LINE_READINGS < self.known.len()).then(|| self.line(q + 1));
+                before.into_iter().chain(after).map(move |line| self.missed(q, line))
+            })
+            .collect();
+        if all.len() <= SCATTER_NEIGHBOURS / 2 {
+            return None;
+        }
+        let middle = all.len() / 2;
+        let centre = *all.select_nth_unstable_by(middle, f64::total_cmp).1;
+        all.iter_mut().for_each(|miss| *miss = (*miss - centre).abs());
+        let spread = *all.select_nth_unstable_by(middle, f64::total_cmp).1;
+        Some((centre, spread / 0.6745))
     }
 
     /// By how much a line misses a reading.

@@ -15,9 +15,10 @@ use super::track::FileTrack;
 use crate::channel::LogChannel;
 use crate::register::{PosePair, frame_and_tool};
 use nalgebra::Matrix3;
+use std::ops::Range;
 use std::path::Path;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
-use trueweld_core::{JOINTS, JointVector, Pose};
+use trueweld_core::{JOINTS, JointVector, Pose, Robot};
 use trueweld_plant::input::{InputError, RobotFile, Source};
 
 /// A pose that agrees with a rigid robot.
@@ -89,7 +90,7 @@ pub(super) fn rigid(own: &FileTrack, seen: &FileTrack, robot: &RobotFile) -> Opt
     if own.columns[TIME_COLUMN] != seen.columns[TIME_COLUMN] {
         return None;
     }
-    let rows = rows(own, seen, robot);
+    let rows = PoseTracks::new(own, seen, &robot.robot).rows();
     rigid_channel(&rows, LogChannel::Position, position_left)
         .or_else(|| rigid_channel(&rows, LogChannel::Position, position_left_fitted))
         .or_else(|| rigid_channel(&rows, LogChannel::Rotation, rotation_left))
@@ -118,27 +119,41 @@ fn rigid_channel(
     })
 }
 
-/// The rows that have every encoder.
-fn rows(own: &FileTrack, seen: &FileTrack, robot: &RobotFile) -> Vec<PoseRow> {
-    let position = LogChannel::Position.columns();
-    let rotation = LogChannel::Rotation.columns();
-    let encoder = LogChannel::Encoder.columns();
-    let forms = [ABC, QUATERNION, MATRIX, rotation.clone()];
-    let form = forms.into_iter().find(|form| seen.has(form.clone()));
-    let mut vectors = seen.clone();
-    to_rotation_vectors(&mut vectors);
-    // Half a unit of the last place, or of single precision where that is more.
-    let rounding = |track: &FileTrack, column: usize, k: usize| {
-        let value = track.columns[column].as_ref().map_or(0.0, |series| series[k].abs());
-        track.rounding[column].max(SINGLE * value)
-    };
-    let row = |k: usize| {
+/// The encoders of one track and the poses of another at the same times.
+struct PoseTracks<'t> {
+    own: &'t FileTrack,
+    seen: &'t FileTrack,
+    /// `seen`, its rotations as vectors.
+    vectors: FileTrack,
+    /// The columns that `seen` has its rotations in.
+    form: Option<Range<usize>>,
+    model: &'t Robot<f64>,
+}
+
+impl<'t> PoseTracks<'t> {
+    fn new(own: &'t FileTrack, seen: &'t FileTrack, model: &'t Robot<f64>) -> Self {
+        let forms = [ABC, QUATERNION, MATRIX, LogChannel::Rotation.columns()];
+        let form = forms.into_iter().find(|form| seen.has(form.clone()));
+        let mut vectors = seen.clone();
+        to_rotation_vectors(&mut vectors);
+        Self { own, seen, vectors, form, model }
+    }
+
+    /// The rows that have every encoder.
+    fn rows(&self) -> Vec<PoseRow> {
+        (0..self.own.time().len()).filter_map(|k| self.row(k)).collect()
+    }
+
+    /// Row `k`; `None` where an encoder is missing.
+    fn row(&self, k: usize) -> Option<PoseRow> {
+        let Self { own, seen, vectors, form, model } = self;
+        let position = LogChannel::Position.columns();
+        let encoder = LogChannel::Encoder.columns();
         let angle = |i: usize| own.columns[encoder.start + i].as_ref().map_or(f64::NAN, |c| c[k]);
         let q = JointVector::from_fn(|i, _| angle(i));
         if !q.sum().is_finite() {
             return None;
         }
-        let model = &robot.robot;
         let frames = model.frames(&q);
         let mut torque = model.nonlinear_effects(&frames, &JointVector::zeros());
         torque[1] -= model.counterbalance_torque(q[1]);
@@ -154,7 +169,7 @@ fn rows(own: &FileTrack, seen: &FileTrack, robot: &RobotFile) -> Vec<PoseRow> {
         // Each number of a form turns by at most twice its own error.
         let of_form: f64 =
             form.iter().flat_map(Clone::clone).map(|c| 2.0 * rounding(seen, c, k)).sum();
-        let vector = vectors.vector(rotation.start, k);
+        let vector = vectors.vector(LogChannel::Rotation.columns().start, k);
         let rotation = match vector.sum().is_finite() {
             true => rotation_from_vector(&vector),
             false => Matrix3::repeat(f64::NAN),
@@ -166,8 +181,14 @@ fn rows(own: &FileTrack, seen: &FileTrack, robot: &RobotFile) -> Vec<PoseRow> {
             // A turn is of two rows.
             rounding: [of_position.sqrt() + far, 2.0 * (of_form + turned)],
         })
-    };
-    (0..own.time().len()).filter_map(row).collect()
+    }
+}
+
+/// What rounding can make of a value in row `k`: half a unit of the last place, or of single
+/// precision where that is more.
+fn rounding(track: &FileTrack, column: usize, k: usize) -> f64 {
+    let value = track.columns[column].as_ref().map_or(0.0, |series| series[k].abs());
+    track.rounding[column].max(SINGLE * value)
 }
 
 /// Sum of squares of what positions leave of the rigid ones, m².

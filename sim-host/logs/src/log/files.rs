@@ -28,6 +28,19 @@ pub(super) struct FileEntry {
     pub topic: Option<String>,
 }
 
+impl FileEntry {
+    /// True where `header` is the name or the number of one of the file's columns, `names`, by
+    /// itself or behind the file's own name and a colon.
+    fn has(&self, header: &str, names: &[String]) -> bool {
+        let rest = header.strip_prefix(&self.written).and_then(|rest| rest.strip_prefix(':'));
+        [Some(header), rest].into_iter().flatten().any(|header| {
+            let number = header.parse::<usize>().ok();
+            names.iter().any(|name| name == header)
+                || number.is_some_and(|n| (1..=names.len()).contains(&n))
+        })
+    }
+}
+
 /// An instrument's clock: its time = offset + (1 + drift) · the log's. What is `None` is fitted.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct ClockEntry {
@@ -86,16 +99,7 @@ impl ReadingPlan {
         names: &[&[String]],
     ) -> Result<(), InputError> {
         for entry in &self.columns {
-            let in_file = |(file, names): (&FileEntry, &&[String])| {
-                let rest = entry.header.strip_prefix(&file.written);
-                let rest = rest.and_then(|rest| rest.strip_prefix(':'));
-                [Some(entry.header.as_str()), rest].into_iter().flatten().any(|header| {
-                    let number = header.parse::<usize>().ok();
-                    names.iter().any(|name| name == header)
-                        || number.is_some_and(|n| (1..=names.len()).contains(&n))
-                })
-            };
-            if !self.files.iter().zip(names).any(in_file) {
+            if !self.files.iter().zip(names).any(|(file, names)| file.has(&entry.header, names)) {
                 let table = root.table("columns")?;
                 let all = names.iter().flat_map(|names| names.iter()).map(String::as_str);
                 let near = trueweld_plant::input::did_you_mean(&entry.header, all.clone());
@@ -113,37 +117,15 @@ fn file(table: &TomlTable<'_>, folder: &Path) -> Result<FileEntry, InputError> {
     table.only(&["path", "clock", "delimiter", "decimal", "header", "rows", "topic"])?;
     let path = table.file("path", folder)?;
     let clock = table.has("clock").then(|| table.name("clock")).transpose()?;
-    let one = |key: &str, of: &[(u8, &str)], default: u8| {
-        if !table.has(key) {
-            return Ok(default);
-        }
-        let text = table.text(key)?.text;
-        let found = of.iter().find(|(byte, _)| text.as_bytes() == [*byte]);
-        found.map(|(byte, _)| *byte).ok_or_else(|| {
-            let names: Vec<_> =
-                of.iter().map(|(byte, _)| format!("{:?}", char::from(*byte).to_string())).collect();
-            let help = "A blank stands for any number of blanks.";
-            table.wrong(key, &format!("one of {}", names.join(", ")), help)
-        })
-    };
-    let delimiter = one("delimiter", &SEPARATORS, b',')?;
-    let decimal = one("decimal", &[(b'.', ""), (b',', "")], b'.')?;
+    let delimiter = mark(table, "delimiter", &SEPARATORS.map(|(byte, _)| byte), b',')?;
+    let decimal = mark(table, "decimal", b".,", b'.')?;
     if delimiter == decimal {
         let help = "Fields that are parted by commas have dots in their numbers.";
         let key = if table.has("decimal") { "decimal" } else { "delimiter" };
         return Err(table.wrong(key, "another mark than the delimiter", help));
     }
-    let line = |key: &str, default: usize| {
-        if !table.has(key) {
-            return Ok(default);
-        }
-        let line = table.integer(key)?;
-        usize::try_from(line).ok().filter(|line| *line <= 100_000).ok_or_else(|| {
-            table.wrong(key, "the number of a line, from 1", "The first line is 1; no header: 0.")
-        })
-    };
-    let header = line("header", 1)?;
-    let rows = line("rows", header + 1)?;
+    let header = line_number(table, "header", 1)?;
+    let rows = line_number(table, "rows", header + 1)?;
     if rows <= header {
         let help = "`header` is the line with the names, `rows` the first with values.";
         return Err(table.wrong("rows", "a line below the header", help));
@@ -154,6 +136,31 @@ fn file(table: &TomlTable<'_>, folder: &Path) -> Result<FileEntry, InputError> {
         clock,
         dialect: Dialect { delimiter, decimal, header, rows },
         topic: table.has("topic").then(|| table.name("topic")).transpose()?,
+    })
+}
+
+/// The mark under a key, one of `allowed`; `default` without the key.
+fn mark(table: &TomlTable<'_>, key: &str, allowed: &[u8], default: u8) -> Result<u8, InputError> {
+    if !table.has(key) {
+        return Ok(default);
+    }
+    let text = table.text(key)?.text;
+    allowed.iter().copied().find(|byte| text.as_bytes() == [*byte]).ok_or_else(|| {
+        let names: Vec<_> =
+            allowed.iter().map(|byte| format!("{:?}", char::from(*byte).to_string())).collect();
+        let help = "A blank stands for any number of blanks.";
+        table.wrong(key, &format!("one of {}", names.join(", ")), help)
+    })
+}
+
+/// The number of a line under a key, from 1, or 0 for none; `default` without the key.
+fn line_number(table: &TomlTable<'_>, key: &str, default: usize) -> Result<usize, InputError> {
+    if !table.has(key) {
+        return Ok(default);
+    }
+    let line = table.integer(key)?;
+    usize::try_from(line).ok().filter(|line| *line <= 100_000).ok_or_else(|| {
+        table.wrong(key, "the number of a line, from 1", "The first line is 1; no header: 0.")
     })
 }
 

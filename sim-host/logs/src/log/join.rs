@@ -203,19 +203,9 @@ impl Join<'_> {
         };
         let track = members.iter().find(|track| !of(track).is_empty())?;
         let joints = of(track);
-        let series = |track: &FileTrack, first: usize| {
-            (0..track.time().len())
-                .map(|k| {
-                    Vector3::from_fn(|i, _| {
-                        joints.get(i).map_or(0.0, |joint| {
-                            track.columns[first + joint].as_ref().map_or(f64::NAN, |c| c[k])
-                        })
-                    })
-                })
-                .collect::<Vec<_>>()
-        };
         let encoder = LogChannel::Encoder.columns().start;
-        Some((series(own, encoder), *track, series(track, link)))
+        let columns = |first: usize| joints.iter().map(|joint| first + joint).collect::<Vec<_>>();
+        Some((as_points(own, &columns(encoder)), *track, as_points(track, &columns(link))))
     }
 
     /// True where rows at rest belong together by their order.
@@ -350,6 +340,14 @@ impl Join<'_> {
             }
         }
     }
+}
+
+/// The values of up to three columns as a point at every row; 0 where there are fewer.
+fn as_points(track: &FileTrack, columns: &[usize]) -> ReflectorSeries {
+    let value = |column: usize, k: usize| track.columns[column].as_ref().map_or(f64::NAN, |c| c[k]);
+    let point =
+        |k: usize| Vector3::from_fn(|i, _| columns.get(i).map_or(0.0, |column| value(*column, k)));
+    (0..track.time().len()).map(point).collect()
 }
 
 fn set_time(track: &mut FileTrack, map: &ClockMap) {

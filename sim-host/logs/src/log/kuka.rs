@@ -16,6 +16,7 @@
 use super::blocks::{BlockRows, Blocks, damaged};
 use super::rows::{MOST_COLUMNS, ROW_FILE_BYTES_MAX, RowSource};
 use std::io::{BufReader, Read};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use trueweld_plant::input::file::InputReader;
 use trueweld_plant::input::{InputError, Source, folder_of, open};
@@ -82,76 +83,19 @@ fn header(text: &str, name: &str, folder: &Path) -> Result<(Vec<String>, KukaTra
             "#BEGINCHANNELHEADER" => entries = Some(Vec::new()),
             "#ENDCHANNELHEADER" => {
                 let Some(entries) = entries.take() else { continue };
-                let entry = |key: &str| entries.iter().find(|(k, ..)| *k == key);
-                let wrong = |key: &str, expected: &str| {
-                    let (value, place) = match entry(key) {
-                        Some((_, value, place)) => (format!("is `{value}`"), *place..*place + 1),
-                        None => ("is missing".to_owned(), start..start + trimmed.len()),
-                    };
-                    let help =
-                        "Traces of channels in rows of REAL64 are read; export others as CSV.";
-                    let message =
-                        format!("entry {key} of this channel {value}; expected {expected}");
-                    source.error(place, message, "this channel", help)
-                };
-                let number = |key: &str, default: Option<f64>| match entry(key) {
-                    Some((_, value, _)) => value
-                        .parse::<f64>()
-                        .ok()
-                        .filter(|v| v.is_finite())
-                        .ok_or_else(|| wrong(key, "a number")),
-                    None => default.ok_or_else(|| wrong(key, "a number")),
-                };
-                let count = number("220", None)?;
-                if !(count >= 1.0 && count.fract() == 0.0 && count < 1e9) {
-                    return Err(wrong("220", "the number of values, at least 1"));
-                }
-                let count = count as usize;
+                let end = start..start + trimmed.len();
+                let entries = ChannelEntries { source: &source, entries, end };
+                let count = entries.count()?;
                 if *rows.get_or_insert(count) != count {
-                    return Err(wrong("220", "as many values as the channels before have"));
+                    return Err(entries.wrong("220", "as many values as the channels before have"));
                 }
-                let place = match entry("210").map(|(_, value, _)| *value) {
-                    Some("IMPLIZIT") => ChannelPlace::Counted,
-                    Some("EXPLIZIT") => {
-                        if entry("213").is_some_and(|(_, value, _)| *value != "BLOCK") {
-                            return Err(wrong("213", "BLOCK"));
-                        }
-                        if entry("214").is_some_and(|(_, value, _)| *value != "REAL64") {
-                            return Err(wrong("214", "REAL64"));
-                        }
-                        let column = number("221", None)?;
-                        if !(column >= 1.0
-                            && column.fract() == 0.0
-                            && column <= MOST_COLUMNS as f64)
-                        {
-                            return Err(wrong("221", "the number of a column, from 1"));
-                        }
-                        let Some((_, file, _)) =
-                            entry("211").filter(|(_, file, _)| !file.is_empty())
-                        else {
-                            return Err(wrong("211", "the name of the file with the numbers"));
-                        };
-                        let path = beside(folder, file);
-                        let known = paths.iter().position(|p| *p == path);
-                        let file = known.unwrap_or_else(|| {
-                            paths.push(path);
-                            paths.len() - 1
-                        });
-                        ChannelPlace::Column(file, column as usize - 1)
-                    }
-                    _ => return Err(wrong("210", "EXPLIZIT or IMPLIZIT")),
-                };
-                let unit = entry("202").map_or("", |(_, unit, _)| unit);
-                let title = entry("200").map_or("", |(_, title, _)| title);
-                names.push(if unit.is_empty() {
-                    title.to_owned()
-                } else {
-                    format!("{title} [{unit}]")
-                });
-                let (offset, factor) = (number("240", Some(0.0))?, number("241", Some(1.0))?);
+                let place = entries.place(folder, &mut paths)?;
+                names.push(entries.name());
+                let offset = entries.number("240", Some(0.0))?;
+                let factor = entries.number("241", Some(1.0))?;
                 channels.push(KukaChannel { place, offset, factor });
                 if channels.len() > MOST_COLUMNS {
-                    return Err(wrong("200", "at most 4096 channels"));
+                    return Err(entries.wrong("200", "at most 4096 channels"));
                 }
             }
             _ => {
@@ -200,10 +144,108 @@ fn header(text: &str, name: &str, folder: &Path) -> Result<(Vec<String>, KukaTra
     Ok((names, KukaTrace { name: name.to_owned(), channels, files, rows, read: 0 }))
 }
 
+/// The entries of one channel in a header.
+struct ChannelEntries<'t> {
+    source: &'t Source,
+    /// Key, value, and where in the header they stand.
+    entries: Vec<(&'t str, &'t str, usize)>,
+    /// The line that ends them.
+    end: Range<usize>,
+}
+
+impl ChannelEntries<'_> {
+    fn entry(&self, key: &str) -> Option<&(&str, &str, usize)> {
+        self.entries.iter().find(|(k, ..)| *k == key)
+    }
+
+    fn text(&self, key: &str) -> Option<&str> {
+        self.entry(key).map(|(_, value, _)| *value)
+    }
+
+    /// The number of an entry; `default` where it is missing.
+    fn number(&self, key: &str, default: Option<f64>) -> Result<f64, InputError> {
+        let number = match self.text(key) {
+            Some(value) => value.parse::<f64>().ok().filter(|v| v.is_finite()),
+            None => default,
+        };
+        number.ok_or_else(|| self.wrong(key, "a number"))
+    }
+
+    /// The number of values.
+    fn count(&self) -> Result<usize, InputError> {
+        let count = self.number("220", None)?;
+        if !(count >= 1.0 && count.fract() == 0.0 && count < 1e9) {
+            return Err(self.wrong("220", "the number of values, at least 1"));
+        }
+        Ok(count as usize)
+    }
+
+    /// Where the numbers are; their file is added to `paths` where it is not among them.
+    fn place(&self, folder: &Path, paths: &mut Vec<PathBuf>) -> Result<ChannelPlace, InputError> {
+        match self.text("210") {
+            Some("IMPLIZIT") => return Ok(ChannelPlace::Counted),
+            Some("EXPLIZIT") => {}
+            _ => return Err(self.wrong("210", "EXPLIZIT or IMPLIZIT")),
+        }
+        for (key, only) in [("213", "BLOCK"), ("214", "REAL64")] {
+            if self.text(key).is_some_and(|value| value != only) {
+                return Err(self.wrong(key, only));
+            }
+        }
+        let column = self.number("221", None)?;
+        if !(column >= 1.0 && column.fract() == 0.0 && column <= MOST_COLUMNS as f64) {
+            return Err(self.wrong("221", "the number of a column, from 1"));
+        }
+        let Some(file) = self.text("211").filter(|file| !file.is_empty()) else {
+            return Err(self.wrong("211", "the name of the file with the numbers"));
+        };
+        let path = beside(folder, file);
+        let known = paths.iter().position(|p| *p == path);
+        let file = known.unwrap_or_else(|| {
+            paths.push(path);
+            paths.len() - 1
+        });
+        Ok(ChannelPlace::Column(file, column as usize - 1))
+    }
+
+    /// Title and unit.
+    fn name(&self) -> String {
+        let title = self.text("200").unwrap_or_default();
+        match self.text("202").unwrap_or_default() {
+            "" => title.to_owned(),
+            unit => format!("{title} [{unit}]"),
+        }
+    }
+
+    fn wrong(&self, key: &str, expected: &str) -> InputError {
+        let (value, place) = match self.entry(key) {
+            Some((_, value, place)) => (format!("is `{value}`"), *place..*place + 1),
+            None => ("is missing".to_owned(), self.end.clone()),
+        };
+        let help = "Traces of channels in rows of REAL64 are read; export others as CSV.";
+        let message = format!("entry {key} of this channel {value}; expected {expected}");
+        self.source.error(place, message, "this channel", help)
+    }
+}
+
 /// The file that a header names: in the header's folder, whatever folder it was written in.
 fn beside(folder: &Path, file: &str) -> PathBuf {
     let last = file.rsplit(['/', '\\']).next().unwrap_or(file);
     folder.join(last)
+}
+
+impl KukaTrace {
+    /// The number as written in row `k` of what is read next, the bytes of every file.
+    fn number(&self, place: ChannelPlace, blocks: &[Vec<u8>], k: usize) -> f64 {
+        match place {
+            ChannelPlace::Counted => (self.read + k) as f64,
+            ChannelPlace::Column(file, column) => {
+                let start = 8 * (k * self.files[file].2 + column);
+                let bytes = blocks[file].get(start..start + 8).unwrap_or(&[0; 8]);
+                f64::from_le_bytes(bytes.try_into().unwrap_or_default())
+            }
+        }
+    }
 }
 
 impl Blocks for KukaTrace {
@@ -223,14 +265,7 @@ impl Blocks for KukaTrace {
             blocks.push(bytes);
         }
         let column = |channel: &KukaChannel| -> Vec<f64> {
-            let number = |k: usize| match channel.place {
-                ChannelPlace::Counted => (self.read + k) as f64,
-                ChannelPlace::Column(file, column) => {
-                    let start = 8 * (k * self.files[file].2 + column);
-                    let bytes = blocks[file].get(start..start + 8).unwrap_or(&[0; 8]);
-                    f64::from_le_bytes(bytes.try_into().unwrap_or_default())
-                }
-            };
+            let number = |k: usize| self.number(channel.place, &blocks, k);
             (0..rows).map(|k| channel.offset + channel.factor * number(k)).collect()
         };
         let block = self.channels.iter().map(column).collect();

@@ -299,41 +299,42 @@ impl Log {
             return Err(file_error(message.to_owned(), "Were the encoders recorded?"));
         }
         let columns_of = plan.columns.clone();
-        let origin = LogOrigin { columns: columns_of, clocks, target, wrench, mounting, later };
+        let whole = Self {
+            path: folder.to_owned(),
+            files: read,
+            name: name_of(folder),
+            kind,
+            robot,
+            weld,
+            process,
+            period: (kind != LogKind::StaticLoad).then_some(period),
+            noise,
+            samples: Samples::default(),
+            notices,
+            source: Source::new(&file, text),
+            origin: LogOrigin { columns: columns_of, clocks, target, wrench, mounting, later },
+            implausible,
+        };
         let count = pieces.len();
-        let whole = name_of(folder);
-        let log = |(number, rows): (usize, std::ops::Range<usize>)| {
-            let mut samples = Samples::default();
+        let mut logs = vec![whole; count];
+        for (number, (log, rows)) in logs.iter_mut().zip(pieces).enumerate() {
             let mut part = if count == 1 && rows.len() == columns.time.len() {
                 std::mem::take(&mut columns)
             } else {
                 columns.rows(rows)
             };
-            samples.take(&mut part, kind);
-            origin.wrench.iter().for_each(|sensor| samples.at_tool(sensor));
-            if let Some(mounting) = &origin.mounting {
-                samples.register(mounting, &robot.robot);
+            log.samples.take(&mut part, kind);
+            wrench.iter().for_each(|sensor| log.samples.at_tool(sensor));
+            if let Some(mounting) = &mounting {
+                log.samples.register(mounting, &log.robot.robot);
             }
-            let name = piece_name(&whole, number, count);
-            Self {
-                path: folder.to_owned(),
-                files: read.clone(),
-                name,
-                kind,
-                robot: robot.clone(),
-                weld: weld.clone(),
-                process: process.clone(),
-                period: (kind != LogKind::StaticLoad).then_some(period),
-                noise,
-                samples,
+            log.name = piece_name(&log.name, number, count);
+            if number > 0 {
                 // Once, not with every piece.
-                notices: if number == 0 { notices.clone() } else { Vec::new() },
-                source: Source::new(&file, text),
-                origin: origin.clone(),
-                implausible: implausible.clone(),
+                log.notices.clear();
             }
-        };
-        Ok(pieces.into_iter().enumerate().map(log).collect())
+        }
+        Ok(logs)
     }
 
     /// Where the tool was along the weld by the encoders, m; `None` where nothing is welded.
@@ -457,17 +458,19 @@ fn pose(
     [position, rotation]: [&str; 2],
     far: f64,
 ) -> Result<Pose<f64>, InputError> {
-    let vector = |key: &str, most: f64| {
-        if !table.has(key) {
-            return Ok(Vector3::zeros());
-        }
-        let read = table.list(key, 3, Bounds::Between(-most, most))?;
-        <[f64; 3]>::try_from(read)
-            .map(Vector3::from)
-            .map_err(|_| table.wrong(key, "a list of 3 numbers", "x, y and z."))
-    };
-    let (position, turn) = (vector(position, far)?, vector(rotation, 7.0)?);
+    let (position, turn) = (vector(table, position, far)?, vector(table, rotation, 7.0)?);
     Ok(Pose { rotation: rotation_from_vector(&turn), position })
+}
+
+/// The three numbers under a key, of at most this magnitude; zeros without the key.
+fn vector(table: &TomlTable<'_>, key: &str, most: f64) -> Result<Vector3<f64>, InputError> {
+    if !table.has(key) {
+        return Ok(Vector3::zeros());
+    }
+    let read = table.list(key, 3, Bounds::Between(-most, most))?;
+    <[f64; 3]>::try_from(read)
+        .map(Vector3::from)
+        .map_err(|_| table.wrong(key, "a list of 3 numbers", "x, y and z."))
 }
 
 fn kind(root: &TomlTable<'_>) -> Result<LogKind, InputError> {

@@ -26,47 +26,38 @@ pub(super) fn refused(
     kind: LogKind,
     robot: &RobotFile,
 ) -> Option<(String, &'static str)> {
-    let copied = || {
-        let (a, b) = copied(columns)?;
+    if let Some((a, b)) = copied(columns) {
         let message = format!(
             "`{}` and `{}` hold the same values in every row; expected what each was measured to be",
             column_name(a),
             column_name(b)
         );
-        Some((message, "Was one column copied over the other, or mapped twice?"))
-    };
-    let frozen = || {
-        let (joint, by) = most_moved(columns)?;
-        let frozen = frozen(columns)?;
+        return Some((message, "Was one column copied over the other, or mapped twice?"));
+    }
+    if let (Some((joint, by)), Some(frozen)) = (most_moved(columns), frozen(columns)) {
         let message = format!(
             "{} hold one value in every row, while {} turns by {:.1}°; expected what was measured",
             named(&frozen),
             robot.joint_names[joint],
             by.to_degrees()
         );
-        Some((message, "Leave out the columns of an instrument that did not record."))
-    };
-    let moving = || {
-        let share = moving(columns).filter(|_| kind == LogKind::StaticLoad)?;
-        let message = format!(
-            "the arm moves in {:.0} % of the rows; expected rows at rest in a static-load log",
-            100.0 * share
-        );
-        let help = "Is the `kind` in log.toml right? Motion is \"free-motion\", \"ring-down\" or \"weld\".";
-        Some((message, help))
-    };
-    copied().or_else(frozen).or_else(moving)
+        return Some((message, "Leave out the columns of an instrument that did not record."));
+    }
+    let share = moving(columns).filter(|_| kind == LogKind::StaticLoad)?;
+    let message = format!(
+        "the arm moves in {:.0} % of the rows; expected rows at rest in a static-load log",
+        100.0 * share
+    );
+    let help =
+        "Is the `kind` in log.toml right? Motion is \"free-motion\", \"ring-down\" or \"weld\".";
+    Some((message, help))
 }
 
 /// Two columns of one channel with the same values.
 fn copied(columns: &ColumnBuffer) -> Option<(usize, usize)> {
     let same = |a: usize, b: usize| {
         let (Some(a), Some(b)) = (&columns.values[a], &columns.values[b]) else { return false };
-        let both = || a.iter().zip(b).filter(|(a, b)| a.is_finite() && b.is_finite());
-        let changes = || a.windows(2).filter(|w| w[0] != w[1] && !w[0].is_nan() && !w[1].is_nan());
-        both().all(|(a, b)| a == b)
-            && both().count() >= JUDGED_ROWS_MIN
-            && changes().count() >= JUDGED_ROWS_MIN
+        is_copy(a, b)
     };
     let pairs = (0..COUNT).flat_map(|a| (a + 1..COUNT).map(move |b| (a, b)));
     let of_one = |(a, b): &(usize, usize)| {
@@ -74,6 +65,15 @@ fn copied(columns: &ColumnBuffer) -> Option<(usize, usize)> {
         channel == LogChannel::of(*b).0.id && channel != LogChannel::Payload
     };
     pairs.filter(of_one).find(|(a, b)| same(*a, *b))
+}
+
+/// True for series with the same values in every row that has both, of which many change.
+fn is_copy(a: &[f64], b: &[f64]) -> bool {
+    let both = || a.iter().zip(b).filter(|(a, b)| a.is_finite() && b.is_finite());
+    let changes = || a.windows(2).filter(|w| w[0] != w[1] && !w[0].is_nan() && !w[1].is_nan());
+    both().all(|(a, b)| a == b)
+        && both().count() >= JUDGED_ROWS_MIN
+        && changes().count() >= JUDGED_ROWS_MIN
 }
 
 /// The joint that moves most in a log of some length, and by how much, rad.

@@ -14,18 +14,20 @@ use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 
 /// For each time the row that is nearest to it, if it is nearer to no other.
 pub(super) fn nearest_rows(own: &[f64], other: &[f64]) -> Vec<Option<usize>> {
-    let nearest = |to: f64, among: &[f64]| {
-        let after = among.partition_point(|t| *t < to);
-        let candidates = [after.checked_sub(1), (after < among.len()).then_some(after)];
-        candidates
-            .into_iter()
-            .flatten()
-            .min_by(|a, b| (among[*a] - to).abs().total_cmp(&(among[*b] - to).abs()))
-    };
     let of = |(k, t): (usize, &f64)| {
-        nearest(*t, other).filter(|row| nearest(other[*row], own) == Some(k))
+        nearest_row(*t, other).filter(|row| nearest_row(other[*row], own) == Some(k))
     };
     own.iter().enumerate().map(of).collect()
+}
+
+/// The row whose time is nearest to a time.
+fn nearest_row(time: f64, among: &[f64]) -> Option<usize> {
+    let after = among.partition_point(|t| *t < time);
+    let candidates = [after.checked_sub(1), (after < among.len()).then_some(after)];
+    candidates
+        .into_iter()
+        .flatten()
+        .min_by(|a, b| (among[*a] - time).abs().total_cmp(&(among[*b] - time).abs()))
 }
 
 /// Tool poses at the times of another track; NaN where there are none.
@@ -36,24 +38,26 @@ pub(super) fn poses_at(
     map: &ClockMap,
 ) -> Vec<Pose<f64>> {
     let positions: Vec<Vector3<f64>> = path.iter().map(|pose| pose.position).collect();
-    let at = |tau: &f64| {
+    let mut poses = Vec::with_capacity(times.len());
+    for tau in times {
         let t = map.own(*tau);
         let after = own.partition_point(|o| *o <= t);
         let inside = after > 0 && (after < own.len() || own.last() == Some(&t));
         if !inside {
             let nowhere = Vector3::repeat(f64::NAN);
-            return Pose { position: nowhere, rotation: Matrix3::identity() };
+            poses.push(Pose { position: nowhere, rotation: Matrix3::identity() });
+            continue;
         }
         let k = after - 1;
         let next = (k + 1).min(own.len() - 1);
         let share = if next > k { (t - own[k]) / (own[next] - own[k]) } else { 0.0 };
         let turned = rotation_vector(&path[k].rotation.tr_mul(&path[next].rotation));
-        Pose {
+        poses.push(Pose {
             position: interpolate(&positions, k as f64 + share),
             rotation: path[k].rotation * rotation_from_vector(&(turned * share)),
-        }
-    };
-    times.iter().map(at).collect()
+        });
+    }
+    poses
 }
 
 /// Reads a track's channels at the times of `columns`. `gain`: what becomes of their noise.

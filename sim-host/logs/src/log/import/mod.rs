@@ -110,6 +110,23 @@ impl Draft {
         let (guess, sure) = kind_of(&columns, &files);
         Self { columns, files, kind: kind.unwrap_or(guess), kind_sure: kind.is_some() || sure }
     }
+
+    /// The draft in which no position is the tracker's but the `kept` one: its file and its family.
+    fn with_position(
+        named: &[NamedColumns],
+        raws: &[Raw],
+        robot: &RobotFile,
+        kind: Option<LogKind>,
+        kept: Option<(usize, &str)>,
+    ) -> Self {
+        let mut tried = named.to_vec();
+        for (file, columns) in tried.iter_mut().enumerate() {
+            let family = kept.filter(|(of, _)| *of == file).map(|(_, family)| family);
+            columns.keep_position(family);
+        }
+        header::settle(&mut tried, raws);
+        Self::new(&tried, raws, Some(robot), kind)
+    }
 }
 
 /// Leaves out poses at the times of the encoders that agree with them and a rigid robot: each is tried as if
@@ -120,22 +137,15 @@ fn leave_out_rigid(
     robot: &RobotFile,
     kind: Option<LogKind>,
 ) {
-    let draft = |kept: Option<(usize, &str)>| {
-        let mut tried = named.to_vec();
-        for (file, columns) in tried.iter_mut().enumerate() {
-            let family = kept.filter(|(of, _)| *of == file).map(|(_, family)| family);
-            columns.keep_position(family);
-        }
-        header::settle(&mut tried, raws);
-        Draft::new(&tried, raws, Some(robot), kind)
-    };
-    let without = draft(None);
+    let without = Draft::with_position(named, raws, robot, kind, None);
     let Some(own) = file_of(&without.columns, ENCODER_COLUMN) else { return };
     let time = |file: usize| series(&without.columns, raws, Some(file), TIME_COLUMN);
     let mut found = Vec::new();
     for file in (0..named.len()).filter(|file| *file == own || time(*file) == time(own)) {
         for family in named[file].positions() {
-            let Draft { mut columns, mut files, kind, .. } = draft(Some((file, family.as_str())));
+            let kept = Some((file, family.as_str()));
+            let Draft { mut columns, mut files, kind, .. } =
+                Draft::with_position(named, raws, robot, kind, kept);
             signs::motion(&mut columns, &mut files, raws, robot, kind);
             let [own, seen] = [own, file].map(|file| raw::track(&columns, raws, file));
             found.extend(computed::rigid(&own, &seen, robot).map(|rigid| (file, family, rigid)));

@@ -201,23 +201,25 @@ fn rows_of(lines: &[&str], delimiter: u8, decimal: u8, any_first: bool) -> Optio
     (width > 1 && numbers > 0).then_some(FoundRows { first, numbers })
 }
 
+/// The fields of a line of words, at least `width` of them; `None` of a comment or of numbers.
+fn words(line: &str, width: usize, dialect: &Dialect) -> Option<Vec<String>> {
+    let fields = split(line, dialect.delimiter);
+    let filled = || fields.iter().filter(|field| !field.is_empty());
+    let numbers = filled().filter(|field| is_number(field, dialect.decimal)).count();
+    let is_comment = line.trim_start().starts_with("//");
+    let are_words = fields.len() >= width && filled().count() > 2 * numbers;
+    (are_words && !is_comment).then_some(fields)
+}
+
 impl Sniffed {
     /// Finds the names of the columns: in the last line of words above the rows that is as wide as
     /// they are, or above a row of units.
     fn read_header(&mut self, lines: &[&str]) {
-        let Dialect { delimiter, decimal, rows, .. } = self.dialect;
-        let (above, below) = lines.split_at(rows - 1);
-        let first_row = split(below.first().unwrap_or(&""), delimiter);
-        let words = |line: &str| {
-            let fields = split(line, delimiter);
-            let filled = || fields.iter().filter(|field| !field.is_empty());
-            let numbers = filled().filter(|field| is_number(field, decimal)).count();
-            let is_comment = line.trim_start().starts_with("//");
-            let are_words = fields.len() >= first_row.len() && filled().count() > 2 * numbers;
-            (are_words && !is_comment).then_some(fields)
-        };
-        let mut named =
-            above.iter().enumerate().rev().filter_map(|(k, line)| Some((k, words(line)?)));
+        let (above, below) = lines.split_at(self.dialect.rows - 1);
+        let first_row = split(below.first().unwrap_or(&""), self.dialect.delimiter);
+        let (dialect, width) = (self.dialect, first_row.len());
+        let words = |(k, line): (usize, &&str)| Some((k, words(line, width, &dialect)?));
+        let mut named = above.iter().enumerate().rev().filter_map(words);
         let Some((line, fields)) = named.next() else {
             self.read_comment(above, &first_row);
             return;

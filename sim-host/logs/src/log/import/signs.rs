@@ -17,7 +17,7 @@ use crate::resample::median_step;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
-use trueweld_core::{JOINTS, JointVector, Pose, Wrench};
+use trueweld_core::{JOINTS, JointVector, Pose, Robot, Wrench};
 use trueweld_plant::input::RobotFile;
 
 /// Rows that signs are told by.
@@ -259,26 +259,9 @@ pub(super) fn torque_signs(columns: &mut [ProposedColumn], raws: &[Raw], robot: 
         (0..JOINTS).map(|i| series(columns, raws, own, ENCODER_COLUMN + i)).collect();
     let time = series(columns, raws, own, TIME_COLUMN);
     let whole = |v: &[f64]| v.iter().all(|x| x.is_finite());
-    let predicted: Option<Vec<JointVector<f64>>> = match (encoders, time) {
+    let predicted = match (encoders, time) {
         (Some(q), Some(time)) if time.len() > 200 && q.iter().all(|q| whole(q)) => {
-            let period = median_step(&time);
-            let low = LowPass::new(5f64.min(0.2 / period), period);
-            let smooth: Vec<[Vec<f64>; 3]> =
-                q.iter().map(|q| [0, 1, 2].map(|d| low.smooth(d, q))).collect();
-            let at = |d: usize, k: usize| JointVector::from_fn(|i, _| smooth[i][d][k]);
-            let model = &robot.robot;
-            let torque = |k: usize| {
-                let (q, rate, acceleration) = (at(0, k), at(1, k), at(2, k));
-                let mut torque =
-                    model.rnea(&model.frames(&q), &rate, &acceleration, &Wrench::zero());
-                torque[1] -= model.counterbalance_torque(q[1]);
-                for i in 0..JOINTS {
-                    torque[i] += model.rotor_inertia()[i] * acceleration[i]
-                        + model.parameters().friction.torque(i, rate[i]).0;
-                }
-                torque
-            };
-            Some((0..time.len()).map(torque).collect())
+            Some(motor_torques(&robot.robot, &q, &time))
         }
         _ => None,
     };
@@ -306,6 +289,28 @@ pub(super) fn torque_signs(columns: &mut [ProposedColumn], raws: &[Raw], robot: 
             mapping.factor = -mapping.factor;
         }
     }
+}
+
+/// Motor torques that a model needs for a motion without load, N·m. `q`: each joint's angles, rad,
+/// at the times, s.
+fn motor_torques(model: &Robot<f64>, q: &[Vec<f64>], time: &[f64]) -> Vec<JointVector<f64>> {
+    let period = median_step(time);
+    let low = LowPass::new(5f64.min(0.2 / period), period);
+    let smooth: Vec<[Vec<f64>; 3]> =
+        q.iter().map(|q| [0, 1, 2].map(|d| low.smooth(d, q))).collect();
+    let at = |d: usize, k: usize| JointVector::from_fn(|i, _| smooth[i][d][k]);
+    let mut torques = Vec::with_capacity(time.len());
+    for k in 0..time.len() {
+        let (q, rate, acceleration) = (at(0, k), at(1, k), at(2, k));
+        let mut torque = model.rnea(&model.frames(&q), &rate, &acceleration, &Wrench::zero());
+        torque[1] -= model.counterbalance_torque(q[1]);
+        for i in 0..JOINTS {
+            torque[i] += model.rotor_inertia()[i] * acceleration[i]
+                + model.parameters().friction.torque(i, rate[i]).0;
+        }
+        torques.push(torque);
+    }
+    torques
 }
 
 /// Of pairs, with the sign of what they have in common about zero where both hardly vary.
