@@ -8,7 +8,7 @@
 //!
 //! Left out: noise of forces that drive a prediction. What the residuals do show of it counts twice.
 
-use crate::fit::{self, FitProblem, Fitted, Linear, Slopes};
+use crate::fit::{self, FitProblem, Fitted, Linear, Residuals, Slopes};
 use crate::predict::{PredictError, PreparedLog};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -35,25 +35,7 @@ pub fn covariance(
     let slopes: Vec<&Slopes> = fitted.slopes.iter().collect();
     let nowhere = DVector::zeros(slopes.len());
     let step = |draw: u64| -> Result<DVector<f64>, PredictError> {
-        let experiment = |(number, (log, levels)): (usize, (&Log, &NoiseLevels))| {
-            let random = Random::new(draw, number as u64);
-            PreparedLog::new(&noisier(log, levels, random), levels, &problem.model)
-        };
-        let again = logs.iter().zip(&levels).enumerate().map(experiment);
-        let again = problem.on(again.collect::<Result<_, _>>()?);
-        let mut change = fit::residuals(&again, &fitted.point)?;
-        for (log, change) in change.iter_mut().enumerate() {
-            let [now, before] = [&again, problem].map(|of| &of.logs[log].compared);
-            // Where a row counts no more, the log says nothing of it.
-            if now.len() != before.len() {
-                change.residual = vec![0.0; before.len()];
-                continue;
-            }
-            let own = fitted.residuals[log].residual.iter().zip(now.iter().zip(before));
-            for (residual, (own, (now, before))) in change.residual.iter_mut().zip(own) {
-                *residual = *residual * (now.deviation / before.deviation) - own;
-            }
-        }
+        let change = residual_change(problem, logs, &levels, fitted, draw)?;
         let linear = Linear::new(&blocks, &change, &slopes, prior.clone(), nowhere.clone());
         Ok(linear.solve(None, 0.0, None).map_or_else(|| nowhere.clone(), |step| step.step))
     };
@@ -63,6 +45,37 @@ pub fn covariance(
     let zero = DMatrix::zeros(slopes.len(), slopes.len());
     let sum = steps.iter().fold(zero, |sum, step| sum + step * step.transpose());
     Ok(sum / steps.len() as f64)
+}
+
+/// By how much the residuals at a fit change with one draw of the encoders' noise added, in the
+/// deviations of the problem.
+fn residual_change(
+    problem: &FitProblem,
+    logs: &[Log],
+    levels: &[NoiseLevels],
+    fitted: &Fitted,
+    draw: u64,
+) -> Result<Residuals, PredictError> {
+    let experiment = |(number, (log, levels)): (usize, (&Log, &NoiseLevels))| {
+        let random = Random::new(draw, number as u64);
+        PreparedLog::new(&noisier(log, levels, random), levels, &problem.model)
+    };
+    let again = logs.iter().zip(levels).enumerate().map(experiment);
+    let again = problem.on(again.collect::<Result<_, _>>()?);
+    let mut change = fit::residuals(&again, &fitted.point)?;
+    for (log, change) in change.iter_mut().enumerate() {
+        let [now, before] = [&again, problem].map(|of| &of.logs[log].compared);
+        // Where a row counts no more, the log says nothing of it.
+        if now.len() != before.len() {
+            change.residual = vec![0.0; before.len()];
+            continue;
+        }
+        let own = fitted.residuals[log].residual.iter().zip(now.iter().zip(before));
+        for (residual, (own, (now, before))) in change.residual.iter_mut().zip(own) {
+            *residual = *residual * (now.deviation / before.deviation) - own;
+        }
+    }
+    Ok(change)
 }
 
 /// A log whose encoders have noise once more.

@@ -85,15 +85,18 @@ fn beside_zeros(problem: &FitProblem, effect: &Effect, expected: &[f64]) -> Vec<
         return expected.to_vec();
     };
     let axis = problem.model.robot.parameters().joints[joint].axis;
-    let along_axis = |k: usize| {
+    let mut beside = expected.to_vec();
+    for (k, expected) in beside.iter_mut().enumerate() {
         let mut values = effect.values.clone();
-        values[k] += expected[k];
+        values[k] += *expected;
         let by = motion(&values);
-        let across = rotation_vector(&by.rotation).cross(&axis).norm() / expected[k]
-            + by.position.cross(&axis).norm() / expected[k];
-        across < 1e-6
-    };
-    (0..expected.len()).map(|k| if along_axis(k) { 0.0 } else { expected[k] }).collect()
+        let across = rotation_vector(&by.rotation).cross(&axis).norm() / *expected
+            + by.position.cross(&axis).norm() / *expected;
+        if across < 1e-6 {
+            *expected = 0.0;
+        }
+    }
+    beside
 }
 
 /// Free values at the head of a point to which residuals are in proportion: those of one log each,

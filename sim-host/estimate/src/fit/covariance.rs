@@ -68,21 +68,22 @@ const MEMORY: usize = 400;
 /// Autocovariance of the columns of every level together, from lag 0 on.
 fn autocovariance(columns: &[ResidualColumn], residual: &[f64]) -> Vec<Vec<f64>> {
     let levels = columns.iter().map(|c| c.level + 1).max().unwrap_or(0);
-    let of_level = |level: usize| {
-        let own = || columns.iter().filter(|c| c.level == level);
-        let rows: usize = own().map(|c| c.at.len()).sum();
-        let shortest = own().map(|c| c.at.len()).min().unwrap_or(0);
-        let follows = own().all(|c| c.follows);
-        let most = ORDER.min(rows / ROWS_EACH).min(shortest / ROWS_OF_ONE);
-        let lagged = |k: usize| {
-            let product = |(a, b): (&usize, &usize)| residual[*a] * residual[*b];
-            let sums =
-                own().map(|c| c.at.iter().zip(c.at.iter().skip(k)).map(product).sum::<f64>());
-            sums.sum::<f64>() / rows.max(1) as f64
-        };
-        (0..=if follows { most } else { 0 }).map(lagged).collect()
+    (0..levels).map(|level| level_autocovariance(columns, level, residual)).collect()
+}
+
+/// Autocovariance of the columns of one level together, from lag 0 on.
+fn level_autocovariance(columns: &[ResidualColumn], level: usize, residual: &[f64]) -> Vec<f64> {
+    let own = || columns.iter().filter(|c| c.level == level);
+    let rows: usize = own().map(|c| c.at.len()).sum();
+    let shortest = own().map(|c| c.at.len()).min().unwrap_or(0);
+    let follows = own().all(|c| c.follows);
+    let most = ORDER.min(rows / ROWS_EACH).min(shortest / ROWS_OF_ONE);
+    let lagged = |k: usize| {
+        let product = |(a, b): (&usize, &usize)| residual[*a] * residual[*b];
+        let sums = own().map(|c| c.at.iter().zip(c.at.iter().skip(k)).map(product).sum::<f64>());
+        sums.sum::<f64>() / rows.max(1) as f64
     };
-    (0..levels).map(of_level).collect()
+    (0..=if follows { most } else { 0 }).map(lagged).collect()
 }
 
 /// An autoregressive process r_t = Σ φ_k r_{t−k} + e_t.

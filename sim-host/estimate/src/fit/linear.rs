@@ -2,7 +2,6 @@
 //! damped, with some values held, with a block left out.
 
 use super::{BLOCKS, Residuals, Slopes};
-use crate::predict::Prediction;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::ops::Range;
 
@@ -356,17 +355,16 @@ impl Linear {
         slopes: &[Slopes],
     ) -> Vec<Vec<f64>> {
         let steps = self.steps_from_others(None);
-        let of_log = |(log, (blocks, at)): (usize, (&Vec<u8>, &Prediction))| {
-            let mut residual = at.residual.clone();
+        let mut residuals: Vec<Vec<f64>> = at.iter().map(|at| at.residual.clone()).collect();
+        for (log, (residual, blocks)) in residuals.iter_mut().zip(blocks).enumerate() {
             for (k, column) in slopes.iter().enumerate() {
                 let Some(column) = &column[log] else { continue };
                 for ((r, a), b) in residual.iter_mut().zip(column).zip(blocks) {
                     *r += a * steps[usize::from(*b)].as_ref().map_or(0.0, |step| step[k]);
                 }
             }
-            residual
-        };
-        blocks.iter().zip(at).enumerate().map(of_log).collect()
+        }
+        residuals
     }
 }
 
@@ -456,6 +454,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::predict::Prediction;
 
     #[test]
     fn values_beside_none_are_as_values_alone() {

@@ -120,22 +120,9 @@ impl SchurComplement {
             let columns = linear.columns_without(left_out, &kept);
             out.taken(&columns, &linear.jtr_without(left_out), &self.out, &kept)
         };
-        let left_out = |b: usize, out: &Elimination, back: &DMatrix<f64>| {
-            let (mut step, mut by) = (DVector::zeros(all), DMatrix::zeros(all, kept.len()));
-            for (i, k) in self.out.iter().enumerate() {
-                step[*k] = out.step[i];
-                by.row_mut(*k).copy_from(&-back.row(i));
-            }
-            kept.iter().enumerate().for_each(|(i, k)| by[(*k, i)] = 1.0);
-            let (jtj, jtr) = (&linear.jtj[b], &linear.jtr[b]);
-            let pulled = jtj * &step;
-            let rss = linear.rss[b] + 2.0 * jtr.dot(&step) + pulled.dot(&step);
-            let (jtj, jtr) = (by.tr_mul(&(jtj * &by)), by.tr_mul(&(jtr + pulled)));
-            (Quadratic { jtj, jtr }, rss)
-        };
         let each = self.without.iter().enumerate().map(|(b, out)| {
             let (without, back) = taken(out, Some(b));
-            ReducedBlock { without, left_out: left_out(b, out, &back) }
+            ReducedBlock { without, left_out: self.left_out(linear, b, &out.step, &back, &kept) }
         });
         ReducedNormal {
             blocks: each.collect(),
@@ -147,6 +134,30 @@ impl SchurComplement {
             },
         }
     }
+
+    /// The sum of squares of block `b` by the values that are kept, and its constant. `step`: of
+    /// the values that are taken out, where those that are kept stay; `back`: by each of these.
+    fn left_out(
+        &self,
+        linear: &Linear,
+        b: usize,
+        step: &DVector<f64>,
+        back: &DMatrix<f64>,
+        kept: &[usize],
+    ) -> (Quadratic, f64) {
+        let all = linear.away.len();
+        let (mut whole, mut by) = (DVector::zeros(all), DMatrix::zeros(all, kept.len()));
+        for (i, k) in self.out.iter().enumerate() {
+            whole[*k] = step[i];
+            by.row_mut(*k).copy_from(&-back.row(i));
+        }
+        kept.iter().enumerate().for_each(|(i, k)| by[(*k, i)] = 1.0);
+        let (jtj, jtr) = (&linear.jtj[b], &linear.jtr[b]);
+        let pulled = jtj * &whole;
+        let rss = linear.rss[b] + 2.0 * jtr.dot(&whole) + pulled.dot(&whole);
+        let (jtj, jtr) = (by.tr_mul(&(jtj * &by)), by.tr_mul(&(jtr + pulled)));
+        (Quadratic { jtj, jtr }, rss)
+    }
 }
 
 /// A block of a condensed model.
@@ -156,6 +167,20 @@ struct ReducedBlock {
     without: Quadratic,
     /// Its own sum of squares, predicted from all others, and the constant of that.
     left_out: (Quadratic, f64),
+}
+
+impl ReducedBlock {
+    /// Its sum of squares, predicted from all others. `held`: by how much more the first values are
+    /// held, `away`: from where they are held to.
+    fn held_out(&self, held: &[f64], away: &DVector<f64>) -> f64 {
+        let mut without = self.without.clone();
+        for (k, more) in held.iter().enumerate() {
+            without.jtj[(k, k)] += more;
+            without.jtr[k] += more * away[k];
+        }
+        let (own, rss) = &self.left_out;
+        rss + without.least().map_or(0.0, |y| own.at(&y))
+    }
 }
 
 /// A linear model of few values: those that shape effects, and its own.
@@ -207,15 +232,7 @@ impl ReducedNormal {
     /// Sum of squares of all blocks, each predicted from all the others.
     pub fn held_out(&self) -> f64 {
         let held = self.staying();
-        let block = |ReducedBlock { without, left_out: (own, rss) }: &ReducedBlock| {
-            let mut without = without.clone();
-            for (k, more) in held.iter().enumerate() {
-                without.jtj[(k, k)] += more;
-                without.jtr[k] += more * self.held_out_prior.away[k];
-            }
-            rss + without.least().map_or(0.0, |y| own.at(&y))
-        };
-        self.blocks.iter().map(block).sum()
+        self.blocks.iter().map(|block| block.held_out(&held, &self.held_out_prior.away)).sum()
     }
 
     /// By how much more the values that shape effects are held to what all blocks tell of them.
@@ -225,13 +242,10 @@ impl ReducedNormal {
         }
         let Some(factor) = Factor::new(&self.all.jtj, 0.0) else { return Vec::new() };
         let deviations = factor.deviations();
+        let own = &self.held_out_prior.weight;
         let more = |k: &usize| {
             let weight = (STAYS * deviations[*k]).powi(-2);
-            if weight.is_finite() {
-                (weight - self.held_out_prior.weight[*k]).max(0.0)
-            } else {
-                0.0
-            }
+            if weight.is_finite() { (weight - own[*k]).max(0.0) } else { 0.0 }
         };
         self.held_out_prior.shapes.iter().map(more).collect()
     }

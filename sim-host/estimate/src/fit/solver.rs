@@ -241,6 +241,11 @@ pub fn fit(
     Ok(here)
 }
 
+/// The block of a log, where logs are left out whole.
+fn log_block(log: usize) -> usize {
+    log % BLOCKS
+}
+
 impl Fitted {
     /// Sum of squares of all blocks, each predicted from all the others.
     pub fn held_out(&self) -> f64 {
@@ -250,21 +255,13 @@ impl Fitted {
     /// Sum of squares of all logs, each predicted with what the others tell; what a log has of its
     /// own is fitted to it. A log that cannot be predicted so makes it infinite.
     pub fn held_out_logs(&self, problem: &FitProblem) -> f64 {
-        let of_log = |log: usize| log % BLOCKS;
-        let block = |(log, at): (usize, &Prediction)| vec![of_log(log) as u8; at.residual.len()];
+        let block = |(log, at): (usize, &Prediction)| vec![log_block(log) as u8; at.residual.len()];
         let blocks: Vec<Vec<u8>> = self.residuals.iter().enumerate().map(block).collect();
         let linear = linear(&blocks, &self.point, &self.residuals, &self.slopes);
-        let from_others = |block: usize| {
-            let is_own = |k: &usize| match self.point.free[*k].of {
-                EffectScope::Log(log, _) => of_log(log) == block,
-                EffectScope::Shared(_) => false,
-            };
-            let own: Vec<usize> = (0..self.point.free.len()).filter(is_own).collect();
-            Some(self.point.moved(&linear.step_from_others(block, &own)?))
-        };
-        let points: Vec<Option<FitState>> = (0..BLOCKS).map(from_others).collect();
+        let points: Vec<Option<FitState>> =
+            (0..BLOCKS).map(|block| self.point_from_others(&linear, block)).collect();
         let squares = |log: usize| {
-            let effects = points[of_log(log)].as_ref()?.effects(problem, log);
+            let effects = points[log_block(log)].as_ref()?.effects(problem, log);
             let near = Some((&self.residuals[log], None));
             let predicted = problem.logs[log].predict_from(&problem.model, &effects, near).ok()?;
             Some(predicted.residual.iter().map(|r| r * r).sum::<f64>())
@@ -272,6 +269,17 @@ impl Fitted {
         let squares: Option<Vec<f64>> =
             (0..problem.logs.len()).into_par_iter().map(squares).collect();
         squares.map_or(f64::INFINITY, |squares| squares.iter().sum())
+    }
+
+    /// The point that the logs of all other blocks tell, but for what the block's own logs have of
+    /// their own; `None` where they do not determine it. `linear`: with blocks of logs.
+    fn point_from_others(&self, linear: &Linear, block: usize) -> Option<FitState> {
+        let is_own = |k: &usize| match self.point.free[*k].of {
+            EffectScope::Log(log, _) => log_block(log) == block,
+            EffectScope::Shared(_) => false,
+        };
+        let own: Vec<usize> = (0..self.point.free.len()).filter(is_own).collect();
+        Some(self.point.moved(&linear.step_from_others(block, &own)?))
     }
 
     /// Residuals of each log, every block in time predicted from all the others.

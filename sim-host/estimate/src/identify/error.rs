@@ -59,16 +59,18 @@ pub enum IdentifyError {
 
 impl IdentifyError {
     pub(crate) fn no_logs(what: &'static str, expected: &[LogKind], given: &[LogKind]) -> Self {
-        let listed = |kinds: &[LogKind]| {
-            let mut names: Vec<String> = Vec::new();
-            for kind in kinds {
-                let name = kind.to_string();
-                if !names.contains(&name) {
-                    names.push(name);
-                }
-            }
-            names.join(", ")
-        };
         Self::NoLogs { what, expected: listed(expected), given: listed(given) }
     }
+}
+
+/// Names of kinds of logs, each once.
+fn listed(kinds: &[LogKind]) -> String {
+    let mut names: Vec<String> = Vec::new();
+    for kind in kinds {
+        let name = kind.to_string();
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names.join(", ")
 }

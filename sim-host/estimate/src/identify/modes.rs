@@ -128,7 +128,8 @@ impl Ringing {
     /// explains is taken out.
     fn slopes(&self, poles: &[[f64; 2]], at: &Solved) -> Option<Vec<DMatrix<f64>>> {
         let factor = at.basis.tr_mul(&at.basis).cholesky()?;
-        let slope = |pole: usize, part: usize| {
+        let mut slopes = Vec::with_capacity(2 * poles.len());
+        for (pole, part) in (0..poles.len()).flat_map(|pole| [(pole, 0), (pole, 1)]) {
             let of = DMatrix::from_fn(self.time.len(), 3, |row, c| {
                 let t = self.time[row];
                 let [cosine, sine] = [1 + 2 * pole, 2 + 2 * pole].map(|k| at.basis[(row, k)]);
@@ -138,9 +139,9 @@ impl Ringing {
                     _ => -t * (a * cosine + b * sine),
                 }
             });
-            &of - &at.basis * factor.solve(&at.basis.tr_mul(&of))
-        };
-        Some((0..poles.len()).flat_map(|k| [slope(k, 0), slope(k, 1)]).collect())
+            slopes.push(&of - &at.basis * factor.solve(&at.basis.tr_mul(&of)));
+        }
+        Some(slopes)
     }
 
     /// Poles fitted from a start on, with the covariance of (ω, σ) of each in turn.

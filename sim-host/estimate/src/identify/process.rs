@@ -126,19 +126,13 @@ pub(crate) fn ripple(
             continue;
         }
         for (name, line) in [("axial", &axial), ("in_plane", &in_plane)] {
-            let half = TWO_SIDED * line.amplitude_deviation;
-            let number = |name: String, value: f64, half: f64, unit: &'static str| Number {
-                name,
-                at: format!("order {order}"),
-                value,
-                interval: half.is_finite().then_some([value - half, value + half]),
-                given: f64::NAN,
-                unit,
-            };
-            numbers.push(number(format!("ripple.{name}"), line.amplitude, half, "1"));
+            let name = format!("ripple.{name}");
+            let phase_name = format!("{name}.phase_rad");
+            let amplitude = [line.amplitude, line.amplitude_deviation];
+            numbers.push(ripple_number(name, *order, amplitude, "1"));
             if line.stands_out() {
-                let half = TWO_SIDED * line.phase_deviation;
-                numbers.push(number(format!("ripple.{name}.phase_rad"), line.phase, half, "rad"));
+                let phase = [line.phase, line.phase_deviation];
+                numbers.push(ripple_number(phase_name, *order, phase, "rad"));
             }
         }
         let apart = {
@@ -165,6 +159,24 @@ pub(crate) fn ripple(
         }
     }
     (numbers, file)
+}
+
+/// A number of one order of the ripple, from a value and its deviation.
+fn ripple_number(
+    name: String,
+    order: f64,
+    [value, deviation]: [f64; 2],
+    unit: &'static str,
+) -> Number {
+    let half = TWO_SIDED * deviation;
+    Number {
+        name,
+        at: format!("order {order}"),
+        value,
+        interval: half.is_finite().then_some([value - half, value + half]),
+        given: f64::NAN,
+        unit,
+    }
 }
 
 /// What a process had of a number that stands for an order of its ripple; NaN where it had none.
@@ -237,16 +249,17 @@ fn parts(log: &Log) -> Option<Vec<WeldPart>> {
     let speed = |from: usize, to: usize| {
         (position[to] - position[from]).norm() / (time[to] - time[from]).max(step)
     };
-    let part = |k: usize| {
+    let mut parts = Vec::with_capacity(n);
+    for k in 0..n {
         let (from, to) = (k.saturating_sub(half), (k + half).min(n - 1));
         let change = speed(k.min(to - 1), to) - speed(from, k.max(from + 1));
-        if speed(from, to) < STANDING_FEED_SHARE * weld.feed {
+        parts.push(if speed(from, to) < STANDING_FEED_SHARE * weld.feed {
             WeldPart::Standing
         } else if change.abs() < EVEN_FEED_CHANGE * weld.feed {
             WeldPart::Steady
         } else {
             WeldPart::FeedChange
-        }
-    };
-    Some((0..n).map(part).collect())
+        });
+    }
+    Some(parts)
 }

@@ -9,13 +9,12 @@ use super::reading::{
 use super::refine::{OUTLIER, quantile};
 use super::rows::LogRow;
 use crate::AUTOCORRELATION_INFLATION;
-use nalgebra::{SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 use std::f64::consts::{PI, TAU};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JOINTS, Pose, Robot};
 use trueweld_logs::HALF_95;
 use trueweld_logs::ROTATION_LENGTH;
-use trueweld_logs::register::PosePair;
 
 /// Rows at which the angles of one joint are looked for.
 const ANGLE_ROWS: usize = 40;
@@ -45,18 +44,9 @@ pub(super) fn find(rows: &[&LogRow], robot: &Robot<f64>, joint: usize) -> Option
 
 /// Lines through the points, simple ones first: slope, and offset in rad.
 fn lines(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let offset = |slope: f64| {
-        // Around the circle, by its median.
-        let first = points[0].1 - slope * points[0].0;
-        let mut apart: Vec<f64> =
-            points.iter().map(|(x, y)| (y - slope * x - first + PI).rem_euclid(TAU) - PI).collect();
-        apart.sort_by(f64::total_cmp);
-        let offset = first + apart[apart.len() / 2];
-        (offset + PI).rem_euclid(TAU) - PI
-    };
     let mut found: Vec<(f64, f64)> = [1.0, -1.0]
         .iter()
-        .map(|slope| (*slope, offset(*slope)))
+        .map(|slope| (*slope, median_offset(points, *slope)))
         .filter(|l| l.1.abs() > ZERO)
         .collect();
     let degree = PI / 180.0;
@@ -81,25 +71,27 @@ fn lines(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     found
 }
 
+/// Offset of the line of this slope through the points, rad: their median around the circle.
+fn median_offset(points: &[(f64, f64)], slope: f64) -> f64 {
+    let first = points[0].1 - slope * points[0].0;
+    let mut apart: Vec<f64> =
+        points.iter().map(|(x, y)| (y - slope * x - first + PI).rem_euclid(TAU) - PI).collect();
+    apart.sort_by(f64::total_cmp);
+    let offset = first + apart[apart.len() / 2];
+    (offset + PI).rem_euclid(TAU) - PI
+}
+
 /// The angle of one joint with which the tool would be nearest to where it was seen.
 fn angle(row: &LogRow, robot: &Robot<f64>, joint: usize) -> Option<f64> {
     /// Angles that are tried first, over a whole turn.
     const LINE_ANGLES_TRIED: usize = 72;
     let position = row.position?;
     let frames = robot.frames(&row.encoder);
-    let (origin, axis) = {
-        let axis = frames.rotation[joint] * robot.parameters().joints[joint].axis;
-        (frames.origin[joint], axis)
-    };
-    let tool = frames.tcp;
-    // Only what lies behind the joint turns with it.
+    let axis = frames.rotation[joint] * robot.parameters().joints[joint].axis;
     let square = |by: f64| {
-        let turn = rotation_from_vector(&(axis * by));
-        let at: Vector3<f64> = origin + turn * (tool.position - origin);
-        let turned = row
-            .rotation
-            .map_or(0.0, |r| rotation_vector(&((turn * tool.rotation).tr_mul(&r))).norm_squared());
-        (at - position).norm_squared() + ROTATION_LENGTH * ROTATION_LENGTH * turned
+        // Only what lies behind the joint turns with it.
+        let turned = turned_about(&frames.tcp, &frames.origin[joint], &(axis * by));
+        squared_distance(&turned, &position, row.rotation.as_ref())
     };
     let step = TAU / LINE_ANGLES_TRIED as f64;
     let nearest = (0..LINE_ANGLES_TRIED)
@@ -115,11 +107,28 @@ fn angle(row: &LogRow, robot: &Robot<f64>, joint: usize) -> Option<f64> {
     Some((found + PI).rem_euclid(TAU) - PI)
 }
 
+/// A pose turned about a point by a rotation vector, rad.
+fn turned_about(pose: &Pose<f64>, point: &Vector3<f64>, by: &Vector3<f64>) -> Pose<f64> {
+    let turn = rotation_from_vector(by);
+    Pose { position: point + turn * (pose.position - point), rotation: turn * pose.rotation }
+}
+
+/// Square of how far a pose is from one that was seen, whose rotation may be unknown, m².
+fn squared_distance(
+    pose: &Pose<f64>,
+    position: &Vector3<f64>,
+    rotation: Option<&Matrix3<f64>>,
+) -> f64 {
+    let turned = rotation.map_or(0.0, |r| rotation_vector(&pose.rotation.tr_mul(r)).norm_squared());
+    (pose.position - position).norm_squared() + ROTATION_LENGTH * ROTATION_LENGTH * turned
+}
+
 /// What is refined: zeros of all joints, rad; the tracker's frame (position, m, and rotation vector);
 /// and by what share the slope changes.
 const LINE_FIT_NUMBERS: usize = JOINTS + 7;
 const FRAME_INDEX: usize = JOINTS;
 const SLOPE_INDEX: usize = JOINTS + 6;
+type LineNumbers = SVector<f64, LINE_FIT_NUMBERS>;
 
 /// What zeros and frame of a cell are off by without a mistake, m and rad.
 const USUAL: f64 = 3e-3;
@@ -141,38 +150,20 @@ pub(super) fn refined(
     if [PI / 180.0, 180.0 / PI].into_iter().any(is_whole) {
         return (explanation, 0.0);
     }
-    let mut usual = SVector::<f64, LINE_FIT_NUMBERS>::repeat(USUAL);
+    let mut usual = LineNumbers::repeat(USUAL);
     // Nothing is known of what is wrong.
     if offset != 0.0 {
         usual[joint] = 1.0;
     }
     usual[SLOPE_INDEX] = if is_whole(1.0) { 1e-9 } else { 1.0 };
-    let line = |by: &SVector<f64, LINE_FIT_NUMBERS>| {
-        EncoderReading::Line(joint, slope * (1.0 + by[SLOPE_INDEX]), offset)
-    };
     // An arm in motion bends by more than its load at rest.
     let still: Vec<&LogRow> = rows.iter().filter(|row| row.at_rest).copied().collect();
     let rows_used = if still.len() >= AT_REST { &still[..] } else { rows };
-    let residuals = |by: &SVector<f64, LINE_FIT_NUMBERS>| -> Vec<Vector6<f64>> {
-        let frame = Pose {
-            position: by.fixed_rows::<3>(FRAME_INDEX).into_owned(),
-            rotation: rotation_from_vector(&by.fixed_rows::<3>(FRAME_INDEX + 3).into_owned()),
-        };
-        let of_row = |row: &&LogRow| {
-            let encoder = line(by).of(&row.encoder) + by.fixed_rows::<JOINTS>(0);
-            let seen: PosePair = row.pose_pair(robot, &encoder)?;
-            let (position, rotation) = seen.left(&frame, &Pose::identity());
-            let mut left = Vector6::zeros();
-            left.fixed_rows_mut::<3>(0).copy_from(&position);
-            left.fixed_rows_mut::<3>(3).copy_from(&(rotation * ROTATION_LENGTH));
-            Some(left / POSE_NOISE)
-        };
-        rows_used.iter().filter_map(of_row).collect()
-    };
-    let mut by = SVector::<f64, LINE_FIT_NUMBERS>::zeros();
+    let line = LineFit { rows: rows_used, robot, joint, slope, offset };
+    let mut by = LineNumbers::zeros();
     let mut fitted = 0.0;
     for _ in 0..LINE_FIT_ITERATIONS {
-        let Some((step, deviation)) = step(&residuals, &by, &usual) else {
+        let Some((step, deviation)) = line.step(&by, &usual) else {
             return (explanation, 0.0);
         };
         by += step;
@@ -192,40 +183,72 @@ pub(super) fn refined(
 /// Steps of Gauss–Newton.
 const LINE_FIT_ITERATIONS: usize = 20;
 
-/// One step of Gauss–Newton with outliers weighted down, and the slope's deviation.
-fn step(
-    residuals: &dyn Fn(&SVector<f64, LINE_FIT_NUMBERS>) -> Vec<Vector6<f64>>,
-    by: &SVector<f64, LINE_FIT_NUMBERS>,
-    usual: &SVector<f64, LINE_FIT_NUMBERS>,
-) -> Option<(SVector<f64, LINE_FIT_NUMBERS>, f64)> {
-    /// For slopes of the residuals by differences.
-    const BY: f64 = 1e-6;
-    let now = residuals(by);
-    let varied: [Vec<Vector6<f64>>; LINE_FIT_NUMBERS] = std::array::from_fn(|k| {
-        let mut by = *by;
-        by[k] += BY;
-        residuals(&by)
-    });
-    let mut normal = SMatrix::<f64, LINE_FIT_NUMBERS, LINE_FIT_NUMBERS>::from_diagonal(
-        &usual.map(|v| v.powi(-2)),
-    );
-    let mut right = -by.component_div(&usual.component_mul(usual));
-    let size = quantile(now.iter().map(Vector6::norm), 5)?.max(1.0);
-    let (mut squares, mut count) = (0.0, 0.0);
-    for (row, residual) in now.iter().enumerate() {
-        let weight = (1.0 - (residual.norm() / (OUTLIER * size)).powi(2)).max(0.0).powi(2);
-        let slopes = SMatrix::<f64, 6, LINE_FIT_NUMBERS>::from_fn(|c, k| {
-            (varied[k][row][c] - residual[c]) / BY
+/// A line with rows that tell of it.
+struct LineFit<'r> {
+    rows: &'r [&'r LogRow],
+    robot: &'r Robot<f64>,
+    joint: usize,
+    slope: f64,
+    /// rad.
+    offset: f64,
+}
+
+impl LineFit<'_> {
+    /// One step of Gauss–Newton with outliers weighted down, and the slope's deviation.
+    fn step(&self, by: &LineNumbers, usual: &LineNumbers) -> Option<(LineNumbers, f64)> {
+        /// For slopes of the residuals by differences.
+        const BY: f64 = 1e-6;
+        let now = self.residuals(by);
+        let varied: [Vec<Vector6<f64>>; LINE_FIT_NUMBERS] = std::array::from_fn(|k| {
+            let mut by = *by;
+            by[k] += BY;
+            self.residuals(&by)
         });
-        normal += slopes.transpose() * slopes * weight;
-        right -= slopes.transpose() * residual * weight;
-        squares += weight * residual.norm_squared();
-        count += 6.0 * weight;
+        let mut normal = SMatrix::<f64, LINE_FIT_NUMBERS, LINE_FIT_NUMBERS>::from_diagonal(
+            &usual.map(|v| v.powi(-2)),
+        );
+        let mut right = -by.component_div(&usual.component_mul(usual));
+        let size = quantile(now.iter().map(Vector6::norm), 5)?.max(1.0);
+        let (mut squares, mut count) = (0.0, 0.0);
+        for (row, residual) in now.iter().enumerate() {
+            let weight = (1.0 - (residual.norm() / (OUTLIER * size)).powi(2)).max(0.0).powi(2);
+            let slopes = SMatrix::<f64, 6, LINE_FIT_NUMBERS>::from_fn(|c, k| {
+                (varied[k][row][c] - residual[c]) / BY
+            });
+            normal += slopes.transpose() * slopes * weight;
+            right -= slopes.transpose() * residual * weight;
+            squares += weight * residual.norm_squared();
+            count += 6.0 * weight;
+        }
+        let inverse = normal.try_inverse()?;
+        let excess = (squares / f64::max(count, 1.0)).max(1.0);
+        let step = inverse * right;
+        step.sum().is_finite().then(|| {
+            (
+                step,
+                (AUTOCORRELATION_INFLATION * excess * inverse[(SLOPE_INDEX, SLOPE_INDEX)]).sqrt(),
+            )
+        })
     }
-    let inverse = normal.try_inverse()?;
-    let excess = (squares / f64::max(count, 1.0)).max(1.0);
-    let step = inverse * right;
-    step.sum().is_finite().then(|| {
-        (step, (AUTOCORRELATION_INFLATION * excess * inverse[(SLOPE_INDEX, SLOPE_INDEX)]).sqrt())
-    })
+
+    /// How far each row's pose is off with the numbers changed, over its noise.
+    fn residuals(&self, by: &LineNumbers) -> Vec<Vector6<f64>> {
+        let slope = self.slope * (1.0 + by[SLOPE_INDEX]);
+        let line = EncoderReading::Line(self.joint, slope, self.offset);
+        let frame = Pose {
+            position: by.fixed_rows::<3>(FRAME_INDEX).into_owned(),
+            rotation: rotation_from_vector(&by.fixed_rows::<3>(FRAME_INDEX + 3).into_owned()),
+        };
+        let mut residuals = Vec::with_capacity(self.rows.len());
+        for row in self.rows {
+            let encoder = line.of(&row.encoder) + by.fixed_rows::<JOINTS>(0);
+            let Some(seen) = row.pose_pair(self.robot, &encoder) else { continue };
+            let (position, rotation) = seen.left(&frame, &Pose::identity());
+            let mut left = Vector6::zeros();
+            left.fixed_rows_mut::<3>(0).copy_from(&position);
+            left.fixed_rows_mut::<3>(3).copy_from(&(rotation * ROTATION_LENGTH));
+            residuals.push(left / POSE_NOISE);
+        }
+        residuals
+    }
 }

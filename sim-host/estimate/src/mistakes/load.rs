@@ -7,7 +7,7 @@ use super::reading::WHOLE_SLOPE_TOLERANCE;
 use super::relation::{FACTOR, FOLLOWS, ProductSums, RELATION_ROWS_MIN};
 use super::rows::{LogRow, TorqueParts};
 use super::wrench::{self, UNDONE_ERROR_SHARE_MAX};
-use super::{MisfitEvidence, Mistake, MistakeKind, Remedy, spindle};
+use super::{MisfitEvidence, Mistake, MistakeKind, spindle};
 use crate::AUTOCORRELATION_INFLATION;
 use crate::predict::BaselineModel;
 use nalgebra::{SMatrix, SVector};
@@ -67,20 +67,15 @@ fn torques(logs: &[Log], rows: &[Vec<LogRow>], robot: &Robot<f64>) -> Vec<Mistak
         own[i].count >= RELATION_ROWS_MIN
             && own[i].size() > TELLING_TORQUE_SHARE_MIN * robot.parameters().joints[i].max_torque
     };
-    let named = |kind, channel, columns: Vec<usize>, before: f64, after: f64, changes| Mistake {
-        kind,
-        channel,
-        columns,
-        logs: in_logs.clone(),
-        evidence: MisfitEvidence { before, after, unit: "N·m", channel: LogChannel::MotorTorque },
-        change: Remedy::Columns(changes),
-        lines: Vec::new(),
-    };
-    let mut found = encoders(logs, &with, &predicted, &sums, &own, &named);
+    let mut found = encoders(logs, &with, &predicted, &sums, &own, &in_logs);
     if !found.is_empty() {
         return found;
     }
     let torque = LogChannel::MotorTorque;
+    let named = |kind, columns: Vec<usize>, before: f64, after: f64, changes| {
+        let evidence = MisfitEvidence { before, after, unit: "N·m", channel: torque };
+        Mistake::of_columns(kind, torque, columns, &in_logs, evidence, changes)
+    };
     let parts: Vec<TorqueParts> =
         moved.iter().map(|row| row.motor_torque(robot, row.motion())).collect();
     for a in 0..JOINTS {
@@ -98,8 +93,7 @@ fn torques(logs: &[Log], rows: &[Vec<LogRow>], robot: &Robot<f64>) -> Vec<Mistak
             {
                 let changes = exchanged(torque, a, b, "Nm");
                 let (before, after) = (own[a].root(0.5 * now), own[a].root(0.5 * swapped));
-                let kind = MistakeKind::Exchanged;
-                found.push(named(kind, torque, vec![a, b], before, after, changes));
+                found.push(named(MistakeKind::Exchanged, vec![a, b], before, after, changes));
             }
         }
     }
@@ -150,13 +144,13 @@ fn torques(logs: &[Log], rows: &[Vec<LogRow>], robot: &Robot<f64>) -> Vec<Mistak
             // Scaled down to nothing it would leave what the model predicts.
             let is_told = slope.abs() < 1.0 || after < own[i].root(own[i].xx);
             if after < UNDONE_ERROR_SHARE_MAX * before && is_told {
-                found.push(named(kind, torque, vec![i], before, after, vec![change]));
+                found.push(named(kind, vec![i], before, after, vec![change]));
             }
         } else if slope < 0.0 && !scaled.contains(&i) {
             let change = column(torque, i, "Nm", -1.0);
             let after = own[i].root(own[i].left(-1.0));
             if after < UNDONE_ERROR_SHARE_MAX * before && !backwards {
-                found.push(named(MistakeKind::Sign, torque, vec![i], before, after, vec![change]));
+                found.push(named(MistakeKind::Sign, vec![i], before, after, vec![change]));
             }
         }
     }
@@ -171,7 +165,7 @@ fn torques(logs: &[Log], rows: &[Vec<LogRow>], robot: &Robot<f64>) -> Vec<Mistak
             return found;
         }
         let changes = (0..JOINTS).map(|i| column(torque, i, unit, 1.0)).collect();
-        found.push(named(MistakeKind::Unit, torque, Vec::new(), before, after, changes));
+        found.push(named(MistakeKind::Unit, Vec::new(), before, after, changes));
     }
     found
 }
@@ -261,14 +255,7 @@ fn encoders(
     predicted: &PredictedTorques<'_>,
     sums: &Products<'_>,
     own: &[ProductSums],
-    named: &dyn Fn(
-        MistakeKind,
-        LogChannel,
-        Vec<usize>,
-        f64,
-        f64,
-        Vec<super::ColumnChange>,
-    ) -> Mistake,
+    in_logs: &[String],
 ) -> Vec<Mistake> {
     if with.iter().any(|k| logs[*k].samples.position.is_some()) {
         return Vec::new();
@@ -279,11 +266,14 @@ fn encoders(
         each.map(|i| (sums(all, i, i).left(1.0) / own[i].yy.max(1e-9)).min(4.0)).sum::<f64>()
     };
     let before = share(&predicted(&|v| *v));
-    let encoder = LogChannel::Encoder;
-    let mut best: Option<(f64, Mistake)> = None;
-    let mut take = |after: f64, mistake: Mistake| {
-        if after < 0.5 * before && best.as_ref().is_none_or(|(least, _)| after < 0.8 * least) {
-            best = Some((after, mistake));
+    let (encoder, channel) = (LogChannel::Encoder, LogChannel::MotorTorque);
+    let mut best: Option<Mistake> = None;
+    // Before and after are shares of the squares, not torques.
+    let mut take = |kind, columns: Vec<usize>, after: f64, changes| {
+        let least = best.as_ref().map_or(f64::INFINITY, |best| best.evidence.after);
+        if after < 0.5 * before && after < 0.8 * least {
+            let evidence = MisfitEvidence { before, after, unit: "1", channel };
+            best = Some(Mistake::of_columns(kind, encoder, columns, in_logs, evidence, changes));
         }
     };
     let degrees = std::f64::consts::PI / 180.0;
@@ -300,7 +290,7 @@ fn encoders(
     // Angles that are nearly scaled away must tell more than none.
     let none = share(&predicted(&|_| JointVector::zeros()));
     let after = if after < none { after } else { f64::INFINITY };
-    take(after, named(MistakeKind::Unit, encoder, Vec::new(), before, after, changes));
+    take(MistakeKind::Unit, Vec::new(), after, changes);
     for i in 0..JOINTS {
         let after = share(&predicted(&|v| {
             let mut v = *v;
@@ -308,7 +298,7 @@ fn encoders(
             v
         }));
         let changes = vec![column(encoder, i, "rad", -1.0)];
-        take(after, named(MistakeKind::Sign, encoder, vec![i], before, after, changes));
+        take(MistakeKind::Sign, vec![i], after, changes);
         for j in i + 1..JOINTS {
             let after = share(&predicted(&|v| {
                 let mut v = *v;
@@ -316,14 +306,8 @@ fn encoders(
                 v
             }));
             let changes = exchanged(encoder, i, j, "rad");
-            take(after, named(MistakeKind::Exchanged, encoder, vec![i, j], before, after, changes));
+            take(MistakeKind::Exchanged, vec![i, j], after, changes);
         }
     }
-    best.into_iter()
-        .map(|(_, mistake)| {
-            // Shares of the squares, not torques.
-            let evidence = MisfitEvidence { unit: "1", ..mistake.evidence };
-            Mistake { evidence, ..mistake }
-        })
-        .collect()
+    best.into_iter().collect()
 }

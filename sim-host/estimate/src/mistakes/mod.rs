@@ -167,6 +167,21 @@ pub struct Mistake {
     pub lines: Vec<ColumnLines>,
 }
 
+impl Mistake {
+    /// One that other lines of `[columns]` undo, in logs of these names.
+    fn of_columns(
+        kind: MistakeKind,
+        channel: LogChannel,
+        columns: Vec<usize>,
+        logs: &[String],
+        evidence: MisfitEvidence,
+        changes: Vec<ColumnChange>,
+    ) -> Self {
+        let (logs, change) = (logs.to_vec(), Remedy::Columns(changes));
+        Self { kind, channel, columns, logs, evidence, change, lines: Vec::new() }
+    }
+}
+
 /// The frame of a tracker that was found, and taken out of the logs.
 #[derive(Debug, Clone)]
 pub struct Registered {
@@ -311,25 +326,12 @@ pub fn registrations(logs: &[Log], model: &BaselineModel) -> Vec<Registered> {
     /// What one tracker may leave, m, before each log gets its own.
     const SHARED: f64 = 3e-3;
     let seen: Vec<Vec<PosePair>> = logs.iter().map(|log| pose::seen(log, &model.robot)).collect();
-    let of = |logs_of: &[usize]| {
-        let of = |wanted: &dyn Fn(&usize) -> bool| -> Vec<PosePair> {
-            logs_of.iter().filter(|k| wanted(k)).flat_map(|k| seen[*k].clone()).collect()
-        };
-        // An arm in motion bends by more than its load at rest.
-        let still = of(&|k| logs[*k].kind == LogKind::StaticLoad);
-        let pose_pairs = if still.len() >= reading::AT_REST { still } else { of(&|_| true) };
-        let alone = register::frame(&pose_pairs)?;
-        let whole = register::frame_and_tool(&pose_pairs);
-        // Without a reason the tracker sees the tool centre point.
-        let found = whole.filter(|w| w.left[0] < 0.5 * alone.left[0]).unwrap_or(alone);
-        let names = logs_of.iter().map(|k| logs[*k].name.clone()).collect();
-        Some(Registered { logs: names, registration: found })
-    };
     let tracked: Vec<usize> = (0..logs.len()).filter(|k| !seen[*k].is_empty()).collect();
-    let mut registered = match of(&tracked) {
+    let mut registered = match one_tracker(logs, &seen, &tracked) {
         Some(all) if all.registration.left[0] < SHARED => vec![all],
         all => {
-            let each: Vec<Registered> = tracked.iter().filter_map(|k| of(&[*k])).collect();
+            let each = tracked.iter().filter_map(|k| one_tracker(logs, &seen, &[*k]));
+            let each: Vec<Registered> = each.collect();
             if each.is_empty() { all.into_iter().collect() } else { each }
         }
     };
@@ -340,6 +342,23 @@ pub fn registrations(logs: &[Log], model: &BaselineModel) -> Vec<Registered> {
     }
     refine::refine(&mut logs, &mut registered, model);
     registered
+}
+
+/// Where the one tracker of some logs stands; `None` where nothing tells it. `seen`: the poses of
+/// every log; `members`: the logs by their places.
+fn one_tracker(logs: &[Log], seen: &[Vec<PosePair>], members: &[usize]) -> Option<Registered> {
+    let of = |wanted: &dyn Fn(&usize) -> bool| -> Vec<PosePair> {
+        members.iter().filter(|k| wanted(k)).flat_map(|k| seen[*k].clone()).collect()
+    };
+    // An arm in motion bends by more than its load at rest.
+    let still = of(&|k| logs[*k].kind == LogKind::StaticLoad);
+    let pose_pairs = if still.len() >= reading::AT_REST { still } else { of(&|_| true) };
+    let alone = register::frame(&pose_pairs)?;
+    let whole = register::frame_and_tool(&pose_pairs);
+    // Without a reason the tracker sees the tool centre point.
+    let found = whole.filter(|w| w.left[0] < 0.5 * alone.left[0]).unwrap_or(alone);
+    let names = members.iter().map(|k| logs[*k].name.clone()).collect();
+    Some(Registered { logs: names, registration: found })
 }
 
 /// Logs in motion whose times are not in seconds.

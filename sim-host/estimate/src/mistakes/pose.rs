@@ -10,7 +10,7 @@ use super::reading::{
     pose_pairs, with,
 };
 use super::rows::LogRow;
-use super::{ColumnChange, MisfitEvidence, Mistake, MistakeKind, Remedy};
+use super::{ColumnChange, MisfitEvidence, Mistake, MistakeKind};
 use std::f64::consts::PI;
 use trueweld_core::{JOINTS, Pose, Robot};
 use trueweld_logs::channel::LogChannel;
@@ -82,37 +82,23 @@ pub(super) fn find(names: &[&str], rows: &[Vec<LogRow>], robot: &Robot<f64>) -> 
         let plain = pose_pairs(&rows, robot, EncoderReading::Plain);
         let before = misfit(&plain, &Pose::identity(), &Pose::identity());
         let in_logs: Vec<String> = logs.iter().map(|k| names[*k].to_owned()).collect();
-        let named = |kind, channel, columns: Vec<usize>, changes: Vec<ColumnChange>| Mistake {
-            kind,
-            channel,
-            columns,
-            logs: in_logs.clone(),
-            evidence: MisfitEvidence {
-                before,
-                after: explanation.left,
-                unit: "m",
-                channel: LogChannel::Position,
-            },
-            change: Remedy::Columns(changes),
-            lines: Vec::new(),
+        let position = LogChannel::Position;
+        let evidence =
+            MisfitEvidence { before, after: explanation.left, unit: "m", channel: position };
+        let named = |kind, channel, columns, changes| {
+            Mistake::of_columns(kind, channel, columns, &in_logs, evidence, changes)
         };
         mistakes.extend(of_encoders(explanation.reading, fitted, &named));
         match explanation.tracker {
             Tracker::Plain => {}
             Tracker::Scaled(factor) => {
                 let unit = if factor < 1.0 { "mm" } else { "km" };
-                let changes = (0..3).map(|c| column(LogChannel::Position, c, unit, 1.0)).collect();
-                mistakes.push(named(MistakeKind::Unit, LogChannel::Position, Vec::new(), changes));
+                let changes = (0..3).map(|c| column(position, c, unit, 1.0)).collect();
+                mistakes.push(named(MistakeKind::Unit, position, Vec::new(), changes));
             }
             Tracker::Mirrored(axis) => {
-                let change = vec![column(LogChannel::Position, axis, "m", -1.0)];
-                let columns = vec![axis];
-                mistakes.push(named(
-                    MistakeKind::TrackerFrame,
-                    LogChannel::Position,
-                    columns,
-                    change,
-                ));
+                let change = vec![column(position, axis, "m", -1.0)];
+                mistakes.push(named(MistakeKind::TrackerFrame, position, vec![axis], change));
             }
             Tracker::Registered(registration) => registered.push((logs, registration)),
         }
@@ -224,22 +210,28 @@ fn in_degrees(change: ColumnChange, factor: f64) -> ColumnChange {
     }
 }
 
+/// What a reading explains with a tracker that stands anywhere; `None` where no frame is told.
+fn registered(
+    rows: &[&LogRow],
+    robot: &Robot<f64>,
+    reading: EncoderReading,
+) -> Option<ExplainedReading> {
+    let seen = pose_pairs(rows, robot, reading);
+    // An arm in motion bends by more than its load at rest: where there are poses at rest, they
+    // tell the frame.
+    let still: Vec<&LogRow> = rows.iter().filter(|row| row.at_rest).copied().collect();
+    let still = pose_pairs(&still, robot, reading);
+    let of_still = (still.len() >= AT_REST).then(|| register::frame(&still)).flatten();
+    let of = |found| with(&seen, Tracker::Registered(found));
+    let (of_still, of_all) = (of_still.and_then(of), register::frame(&seen).and_then(of));
+    let found = of_still.filter(|e| e.left < GROSS).or(of_all)?;
+    Some(ExplainedReading { reading, ..found })
+}
+
 /// What explains the poses of some rows; `None` where nothing does.
 fn explain(rows: &[&LogRow], robot: &Robot<f64>) -> Option<ExplainedReading> {
     let plain = pose_pairs(rows, robot, EncoderReading::Plain);
     let before = with(&plain, Tracker::Plain)?.left;
-    let registered = |reading: EncoderReading| {
-        let seen = pose_pairs(rows, robot, reading);
-        // An arm in motion bends by more than its load at rest: where there are poses at rest, they
-        // tell the frame.
-        let still: Vec<&LogRow> = rows.iter().filter(|row| row.at_rest).copied().collect();
-        let still = pose_pairs(&still, robot, reading);
-        let of_still = (still.len() >= AT_REST).then(|| register::frame(&still)).flatten();
-        let of = |found| with(&seen, Tracker::Registered(found));
-        let (of_still, of_all) = (of_still.and_then(of), register::frame(&seen).and_then(of));
-        let found = of_still.filter(|e| e.left < GROSS).or(of_all)?;
-        Some(ExplainedReading { reading, ..found })
-    };
     // The simplest first: one thing wrong, then a tracker elsewhere, then both.
     let mut best = Best { limit: (EXPLAINED_MISFIT_SHARE_MAX * before).min(GROSS), found: None };
     let readings = readings();
@@ -253,12 +245,12 @@ fn explain(rows: &[&LogRow], robot: &Robot<f64>) -> Option<ExplainedReading> {
     for joint in 0..JOINTS {
         best.take(line::find(rows, robot, joint));
     }
-    best.take(registered(EncoderReading::Plain));
+    best.take(registered(rows, robot, EncoderReading::Plain));
     if best.found.is_none() {
         (0..3).for_each(|axis| best.take(with(&plain, Tracker::Mirrored(axis))));
     }
     if best.found.is_none() {
-        readings.iter().for_each(|reading| best.take(registered(*reading)));
+        readings.iter().for_each(|reading| best.take(registered(rows, robot, *reading)));
     }
     if best.found.is_none() {
         best.take(with(&plain, Tracker::Registered(register::frame_and_tool(&plain)?)));

@@ -73,12 +73,9 @@ impl LogRow {
             .map(|k| {
                 let joints = |d: usize| JointVector::from_fn(|i, _| at(d, &|r| s.encoder[r][i], k));
                 let load = |series: &Option<Vec<Vector3<f64>>>| {
-                    vector(series, k).map_or(Vector3::zeros(), |now| match &low {
-                        Some(_) => Vector3::from_fn(|c, _| {
-                            at(0, &|r| vector(series, r).map_or(now[c], |v| v[c]), k)
-                        }),
-                        None => now,
-                    })
+                    let Some(now) = vector(series, k) else { return Vector3::zeros() };
+                    let known = |r: usize| vector(series, r).unwrap_or(now);
+                    Vector3::from_fn(|c, _| at(0, &|r| known(r)[c], k))
                 };
                 Self {
                     at_rest: !moving,

@@ -3,7 +3,7 @@
 use super::pose::{column, exchanged};
 use super::reading::plain_angle;
 use super::refine::quantile;
-use super::{ColumnChange, MisfitEvidence, Mistake, MistakeKind, Remedy};
+use super::{ColumnChange, MisfitEvidence, Mistake, MistakeKind};
 use std::f64::consts::PI;
 use trueweld_core::JOINTS;
 use trueweld_logs::channel::LogChannel;
@@ -38,19 +38,12 @@ pub(super) fn find(logs: &[Log]) -> Vec<Mistake> {
     };
     let wrong: [Vec<&Log>; JOINTS] = std::array::from_fn(wrong);
     let before = |i: usize| apart(&wrong[i], [i, i], PLAIN_READING).unwrap_or(0.0);
-    let named = |kind, columns: Vec<usize>, after: f64, changes| Mistake {
-        kind,
-        logs: wrong[columns[0]].iter().map(|log| log.name.clone()).collect(),
-        channel: LogChannel::LinkEncoder,
-        evidence: MisfitEvidence {
-            before: before(columns[0]),
-            after,
-            unit: "rad",
-            channel: LogChannel::LinkEncoder,
-        },
-        columns,
-        change: Remedy::Columns(changes),
-        lines: Vec::new(),
+    let channel = LogChannel::LinkEncoder;
+    let named = |kind, columns: Vec<usize>, after: f64, changes| {
+        let first = columns[0];
+        let logs: Vec<String> = wrong[first].iter().map(|log| log.name.clone()).collect();
+        let evidence = MisfitEvidence { before: before(first), after, unit: "rad", channel };
+        Mistake::of_columns(kind, channel, columns, &logs, evidence, changes)
     };
     let mut found = Vec::new();
     let mut explained = [false; JOINTS];
@@ -63,7 +56,7 @@ pub(super) fn find(logs: &[Log]) -> Vec<Mistake> {
                 && !explained[b]
             {
                 [explained[a], explained[b]] = [true, true];
-                let changes = exchanged(LogChannel::LinkEncoder, a, b, "rad");
+                let changes = exchanged(channel, a, b, "rad");
                 found.push(named(MistakeKind::Exchanged, vec![a, b], first, changes));
             }
         }

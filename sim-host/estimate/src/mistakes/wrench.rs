@@ -97,18 +97,19 @@ fn each(set: WrenchColumns) -> impl Iterator<Item = usize> {
 fn readings(in_pounds: bool) -> [Vec<WrenchReading>; 4] {
     let pairs = [(0, 1), (0, 2), (1, 2), (3, 4), (3, 5), (4, 5)];
     let scaled = |sets: &[WrenchColumns]| -> Vec<WrenchReading> {
-        let of = |set: &WrenchColumns| {
-            let set = *set;
-            let pound = (in_pounds && set & MOMENT_COLUMNS == 0).then_some(POUND);
-            let factors = [-1.0, 1e3, 1e-3, -1e3, -1e-3].into_iter().chain(pound);
-            factors.map(move |factor| WrenchReading::Scaled(set, factor))
-        };
-        sets.iter().flat_map(of).collect()
+        sets.iter().flat_map(|set| scaled(*set, in_pounds)).collect()
     };
     let mut one = scaled(&[1, 2, 4, 8, 16, 32]);
     one.extend(pairs.map(|(a, b)| WrenchReading::Exchanged(a, b)));
     let two = pairs.map(|(a, b)| (1 << a) | (1 << b));
     [one, scaled(&[FORCE_COLUMNS, MOMENT_COLUMNS]), scaled(&two), scaled(&[WRENCH_COLUMNS])]
+}
+
+/// Readings of a set of columns that count the other way or are in another unit.
+fn scaled(set: WrenchColumns, in_pounds: bool) -> impl Iterator<Item = WrenchReading> {
+    let pound = (in_pounds && set & MOMENT_COLUMNS == 0).then_some(POUND);
+    let factors = [-1.0, 1e3, 1e-3, -1e3, -1e-3].into_iter().chain(pound);
+    factors.map(move |factor| WrenchReading::Scaled(set, factor))
 }
 
 impl Deflections {
@@ -140,28 +141,20 @@ impl Deflections {
     fn explained(&self, in_pounds: bool) -> Option<(WrenchReading, MisfitEvidence)> {
         let plain = self.left(WrenchReading::Plain);
         let mut best = (WrenchReading::Plain, plain);
-        let better = |best: (WrenchReading, f64), readings: Vec<WrenchReading>| {
-            let all = || readings.iter().map(|reading| (*reading, self.left(*reading)));
-            let least = all().map(|(_, left)| left).fold(f64::INFINITY, f64::min);
-            // Of those that leave the same, the first.
-            let next = all().find(|(_, left)| *left <= EQUAL_SQUARES_RATIO * least);
-            next.filter(|next| next.1 < UNDONE_ERROR_SHARE_MAX * UNDONE_ERROR_SHARE_MAX * best.1)
-                .unwrap_or(best)
-        };
         for mut readings in readings(in_pounds) {
             readings.retain(|reading| self.is_told(*reading));
-            best = better(best, readings);
+            best = self.better(best, &readings);
         }
         for free in [[false, true], [true, false], [true, true]] {
             // What is left tells no more.
             if self.root(best.1) > TELLING_DEFLECTION_MIN {
                 let found = mounted::find(self, free).map(WrenchReading::Mounted);
-                best = better(best, found.into_iter().collect());
+                best = self.better(best, found.as_slice());
             }
         }
         let without = [1, 2, 4, 8, 16, 32, FORCE_COLUMNS, MOMENT_COLUMNS]
             .map(|set| WrenchReading::Scaled(set, 0.0));
-        best = better(best, without.to_vec());
+        best = self.better(best, &without);
         let channel = LogChannel::Position;
         let evidence = MisfitEvidence {
             before: self.root(plain),
@@ -171,6 +164,37 @@ impl Deflections {
         };
         (best.1 < LOAD_UNEXPLAINED_MAX * LOAD_UNEXPLAINED_MAX * self.squares)
             .then_some((best.0, evidence))
+    }
+
+    /// The reading that leaves least, with what it leaves, m², where that is much less than `best`
+    /// leaves; else `best`.
+    fn better(
+        &self,
+        best: (WrenchReading, f64),
+        readings: &[WrenchReading],
+    ) -> (WrenchReading, f64) {
+        let all = || readings.iter().map(|reading| (*reading, self.left(*reading)));
+        let least = all().map(|(_, left)| left).fold(f64::INFINITY, f64::min);
+        // Of those that leave the same, the first.
+        let next = all().find(|(_, left)| *left <= EQUAL_SQUARES_RATIO * least);
+        next.filter(|next| next.1 < UNDONE_ERROR_SHARE_MAX * UNDONE_ERROR_SHARE_MAX * best.1)
+            .unwrap_or(best)
+    }
+
+    /// The sensor's place that explains the movement by itself.
+    fn mounted(&self) -> Option<(Mounted, MisfitEvidence)> {
+        match self.explained(false) {
+            Some((WrenchReading::Mounted(mounted), evidence)) => Some((mounted, evidence)),
+            _ => None,
+        }
+    }
+
+    /// True where a sensor's place leaves hardly more than the one that these tell by themselves.
+    fn agrees(&self, mounted: Mounted) -> bool {
+        let own = self.mounted();
+        let least = own.map_or(0.0, |(own, _)| self.left(WrenchReading::Mounted(own)));
+        let left = self.left(WrenchReading::Mounted(mounted));
+        UNDONE_ERROR_SHARE_MAX * UNDONE_ERROR_SHARE_MAX * left < least
     }
 }
 
@@ -343,21 +367,9 @@ impl SensorGroups<'_> {
             let (same, rest): (Vec<_>, Vec<_>) =
                 left.into_iter().partition(|(log, _)| is_of_it(log));
             left = rest;
-            let alone = |own: &Deflections| match own.explained(false) {
-                Some((WrenchReading::Mounted(mounted), evidence)) => Some((mounted, evidence)),
-                _ => None,
-            };
-            let agrees = |own: &Deflections, mounted: Mounted| {
-                let least =
-                    alone(own).map_or(0.0, |(alone, _)| own.left(WrenchReading::Mounted(alone)));
-                UNDONE_ERROR_SHARE_MAX
-                    * UNDONE_ERROR_SHARE_MAX
-                    * own.left(WrenchReading::Mounted(mounted))
-                    < least
-            };
-            let together = alone(&Deflections::together(same.iter().map(|(_, own)| own)));
+            let together = Deflections::together(same.iter().map(|(_, own)| own)).mounted();
             let together =
-                together.filter(|(mounted, _)| same.iter().all(|(_, own)| agrees(own, *mounted)));
+                together.filter(|(mounted, _)| same.iter().all(|(_, own)| own.agrees(*mounted)));
             if let Some((mounted, evidence)) = together {
                 let allows = |own: &Deflections| {
                     own.left(WrenchReading::Mounted(mounted))
@@ -371,7 +383,7 @@ impl SensorGroups<'_> {
                 found.push(elsewhere(&mounted, evidence, &logs, campaign));
             } else {
                 let of_log = |(log, own): &&(&Log, Deflections)| {
-                    let (mounted, evidence) = alone(own)?;
+                    let (mounted, evidence) = own.mounted()?;
                     Some(elsewhere(&mounted, evidence, &[*log], campaign))
                 };
                 found.extend(same.iter().filter_map(of_log));
@@ -465,24 +477,11 @@ fn named(shown: WrenchRemedy<'_>, campaign: &[Log]) -> Mistake {
 
 /// The lines of a reading.
 fn changes(reading: WrenchReading) -> Vec<ColumnChange> {
-    let line = |c: usize, factor: f64| {
-        let force = c < 3;
-        let (unit, factor) = match factor.abs() {
-            1e3 if force => ("kN", factor.signum()),
-            1e3 => ("kNm", factor.signum()),
-            1e-3 if !force => ("Nmm", factor.signum()),
-            POUND => ("lbf", factor.signum()),
-            _ if force => ("N", factor),
-            _ => ("Nm", factor),
-        };
-        let channel = if force { LogChannel::Force } else { LogChannel::Moment };
-        column(channel, c % 3, unit, factor)
-    };
     match reading {
         WrenchReading::Plain | WrenchReading::Mounted(_) => Vec::new(),
-        WrenchReading::Scaled(set, factor) => each(set).map(|c| line(c, factor)).collect(),
+        WrenchReading::Scaled(set, factor) => each(set).map(|c| scaled_column(c, factor)).collect(),
         WrenchReading::Exchanged(a, b) => {
-            let (first, second) = (line(a, 1.0), line(b, 1.0));
+            let (first, second) = (scaled_column(a, 1.0), scaled_column(b, 1.0));
             let channels = (second.channel, first.channel);
             vec![
                 ColumnChange { channel: channels.0, ..first },
@@ -490,4 +489,19 @@ fn changes(reading: WrenchReading) -> Vec<ColumnChange> {
             ]
         }
     }
+}
+
+/// The line of column `c` of a wrench multiplied by a factor, in the unit that the factor is of.
+fn scaled_column(c: usize, factor: f64) -> ColumnChange {
+    let force = c < 3;
+    let (unit, factor) = match factor.abs() {
+        1e3 if force => ("kN", factor.signum()),
+        1e3 => ("kNm", factor.signum()),
+        1e-3 if !force => ("Nmm", factor.signum()),
+        POUND => ("lbf", factor.signum()),
+        _ if force => ("N", factor),
+        _ => ("Nm", factor),
+    };
+    let channel = if force { LogChannel::Force } else { LogChannel::Moment };
+    column(channel, c % 3, unit, factor)
 }

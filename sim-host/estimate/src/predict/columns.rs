@@ -134,13 +134,10 @@ mod tests {
             let tilt = Vector3::new(0.0, std::f64::consts::PI - 1e-4, 0.0);
             turn * rotation_from_vector(&tilt)
         };
-        let read = |k: usize| match k % 3 {
-            0 if k.is_multiple_of(2) => rotation_vector(&at(k)),
-            // The same rotation the other way round.
-            0 => {
-                let v = rotation_vector(&at(k));
-                v - v.normalize() * std::f64::consts::TAU
-            }
+        let other_way = |v: Vector3<f64>| v - v.normalize() * std::f64::consts::TAU;
+        let read = |k: usize| match k % 6 {
+            0 => rotation_vector(&at(k)),
+            3 => other_way(rotation_vector(&at(k))),
             _ => Vector3::repeat(f64::NAN),
         };
         let (first, turned) = turned_from_first(&Some((0..31).map(read).collect())).unwrap();

@@ -156,13 +156,11 @@ impl StaticPrediction {
         // The wrench in the bands where it has something to say: its noise would make a gear's
         // memory fade.
         let bands = HEARD_BANDS.map(|share| share * band);
-        let heard = |v: [Vec<f64>; 3], levels: &[Option<NoiseLevel>; 3]| match &angle {
-            Some(angle) => std::array::from_fn(|c| {
-                let orders = Orders { angle, count: HEARD_ORDERS, bands: &bands };
-                let deviation = levels[c].map_or(0.0, |level| level.deviation);
-                comb(&low, &orders, period, deviation, &v[c])
-            }),
-            None => v,
+        let heard = |v: [Vec<f64>; 3], levels: &[Option<NoiseLevel>; 3]| {
+            let Some(angle) = &angle else { return v };
+            let orders = Orders { angle, count: HEARD_ORDERS, bands: &bands };
+            let noise = levels.map(|level| level.map_or(0.0, |level| level.deviation));
+            [0, 1, 2].map(|c| comb(&low, &orders, period, noise[c], &v[c]))
         };
         let (force, moment) = (heard(force, &noise.force), heard(moment, &noise.moment));
         let every = ((0.4 / (band * period)).floor() as usize).max(1);
@@ -179,13 +177,7 @@ impl StaticPrediction {
         let undriven = Dropouts::of_vectors([&s.force, &s.moment], &low);
         let slow = |v: &[Vec<f64>; 3], measured: &Option<Vec<Vector3<f64>>>| {
             let unseen = Dropouts::of_vectors([measured], &low);
-            let of = |row: &usize| {
-                if [&undriven, &unseen].iter().any(|d| d.within(low.half(), *row)) {
-                    return none();
-                }
-                Vector3::from_fn(|c, _| low.at(0, |k| v[c][k], n, *row))
-            };
-            rows.iter().map(of).collect::<Vec<_>>()
+            smoothed_at(&rows, v, &low, [&undriven, &unseen])
         };
         // Averaged to both sides: a link that is late in its gap would be off by half of it.
         let averaged = LowPass::new(0.5 / SEEN_OVER, period);
@@ -252,33 +244,13 @@ impl StaticPrediction {
         let [moment, force] = read.map(|(levels, series)| {
             none(levels).map(|deviation| deviation * seldom(series).sqrt())
         });
-        let through: Vec<[f64; 4]> = self
-            .rows
-            .iter()
-            .map(|row| {
-                let frames = model.robot.frames(&self.motors[*row].angle);
-                let jacobian = frames.jacobian();
-                let compliance = model.robot.cartesian_compliance(&jacobian);
-                let turn = frames.tcp.rotation;
-                let (c_moment, c_force) = (
-                    compliance.fixed_columns::<3>(0) * turn,
-                    compliance.fixed_columns::<3>(3) * turn,
-                );
-                let variance = |row: usize| {
-                    let e: f64 =
-                        (0..6).map(|i| (jacobian.0[(row, i)] * encoder[i].deviation).powi(2)).sum();
-                    let w: f64 = (0..3)
-                        .map(|i| {
-                            (c_moment[(row, i)] * moment[i]).powi(2)
-                                + (c_force[(row, i)] * force[i]).powi(2)
-                        })
-                        .sum();
-                    e + w
-                };
-                let rotation = (0..3).map(variance).sum::<f64>() / 3.0;
-                [variance(3), variance(4), variance(5), rotation]
-            })
-            .collect();
+        let mut through: Vec<[f64; 4]> = Vec::with_capacity(self.rows.len());
+        for row in &self.rows {
+            let q = &self.motors[*row].angle;
+            let variance = twist_variance(&model.robot, q, &encoder, [moment, force]);
+            let rotation = variance[..3].iter().sum::<f64>() / 3.0;
+            through.push([variance[3], variance[4], variance[5], rotation]);
+        }
         let rows = &self.rows;
         let deviation = |level: &NoiseLevel, seldom: f64, own: f64| {
             ((level.deviation.powi(2) * seldom + own) * gain).sqrt()
@@ -421,19 +393,8 @@ impl StaticPrediction {
     /// are put where they were seen in a weld, as a sum of squares: at every compared row the noise
     /// that such a link takes with it, or twice the logarithm of the gap over what is seen of it.
     pub(super) fn free_play_term(&self, robot: &ElasticRobot, motion: &LinkMotion) -> f64 {
-        let of_row = |(row, noise): (&usize, &Vector6<f64>)| -> f64 {
-            let in_backlash =
-                motion.in_backlash.get(*row).filter(|in_backlash| in_backlash.contains(&true));
-            let Some(in_backlash) = in_backlash else { return 0.0 };
-            let jacobian = robot.model.frames(&motion.link[*row]).jacobian().0;
-            let of = |i: usize| {
-                let seen = jacobian.column(i).component_div(noise).norm();
-                let gap = 2.0 * robot.play(i) * seen;
-                (2.0 * (gap / std::f64::consts::TAU.sqrt()).ln()).max(1.0)
-            };
-            (0..JOINTS).filter(|i| in_backlash[*i]).map(of).sum()
-        };
-        self.rows.iter().zip(&self.noise).map(of_row).sum()
+        let rows = self.rows.iter().zip(&self.noise);
+        rows.map(|(row, noise)| row_free_play_term(robot, motion, *row, noise)).sum()
     }
 
     /// The tool's poses in the band of a weld, as late as the tracker is, at every compared row.
@@ -455,7 +416,8 @@ impl StaticPrediction {
                 columns[3 + c].push(turned[c]);
             }
         }
-        let at = |row: usize| {
+        let mut poses = Vec::with_capacity(self.rows.len());
+        for &row in &self.rows {
             let value = |c: usize| {
                 let now = band.at(0, |k| columns[c][k], n, row);
                 if late == 0.0 { now } else { now - late * band.at(1, |k| columns[c][k], n, row) }
@@ -475,13 +437,76 @@ impl StaticPrediction {
             let by = frames.jacobian().0 * spared.component_div(robot.model.stiffness());
             let by = |first: usize| by.fixed_rows::<3>(first).into_owned();
             let rotation = middle * rotation_from_vector(&turned);
-            Pose {
+            poses.push(Pose {
                 position: Vector3::new(value(0), value(1), value(2)) + by(3),
                 rotation: rotation * rotation_from_vector(&rotation.tr_mul(&by(0))),
-            }
-        };
-        self.rows.iter().map(|row| at(*row)).collect()
+            });
+        }
+        poses
     }
+}
+
+/// Vectors in the band of `low` at some rows; NaN near dropouts.
+fn smoothed_at(
+    rows: &[usize],
+    columns: &[Vec<f64>; 3],
+    low: &LowPass,
+    dropouts: [&Dropouts; 2],
+) -> Vec<Vector3<f64>> {
+    let mut smoothed = Vec::with_capacity(rows.len());
+    for &row in rows {
+        let unknown = dropouts.iter().any(|d| d.within(low.half(), row));
+        let value = |column: &Vec<f64>| low.at(0, |k| column[k], column.len(), row);
+        smoothed.push(if unknown {
+            Vector3::repeat(f64::NAN)
+        } else {
+            Vector3::from_fn(|c, _| value(&columns[c]))
+        });
+    }
+    smoothed
+}
+
+/// Variance of the tool's rotation, rad², and position, m², along each axis of B, at encoder angles
+/// `q`, rad: by the encoders' noise, and by deviations of moment, N·m, and force, N, in T, through
+/// the arm's compliance.
+fn twist_variance(
+    robot: &Robot<f64>,
+    q: &JointVector<f64>,
+    encoder: &[NoiseLevel],
+    [moment, force]: [[f64; 3]; 2],
+) -> [f64; 6] {
+    let frames = robot.frames(q);
+    let jacobian = frames.jacobian();
+    let compliance = robot.cartesian_compliance(&jacobian);
+    let turn = frames.tcp.rotation;
+    let (c_moment, c_force) =
+        (compliance.fixed_columns::<3>(0) * turn, compliance.fixed_columns::<3>(3) * turn);
+    std::array::from_fn(|row| {
+        let e: f64 = (0..6).map(|i| (jacobian.0[(row, i)] * encoder[i].deviation).powi(2)).sum();
+        let of_wrench = |i: usize| {
+            (c_moment[(row, i)] * moment[i]).powi(2) + (c_force[(row, i)] * force[i]).powi(2)
+        };
+        e + (0..3).map(of_wrench).sum::<f64>()
+    })
+}
+
+/// What one row makes of [`StaticPrediction::free_play_term`]. `noise`: of the tool's rotation,
+/// rad, and position, m.
+fn row_free_play_term(
+    robot: &ElasticRobot,
+    motion: &LinkMotion,
+    row: usize,
+    noise: &Vector6<f64>,
+) -> f64 {
+    let in_backlash = motion.in_backlash.get(row).filter(|in_backlash| in_backlash.contains(&true));
+    let Some(in_backlash) = in_backlash else { return 0.0 };
+    let jacobian = robot.model.frames(&motion.link[row]).jacobian().0;
+    let of = |i: usize| {
+        let seen = jacobian.column(i).component_div(noise).norm();
+        let gap = 2.0 * robot.play(i) * seen;
+        (2.0 * (gap / std::f64::consts::TAU.sqrt()).ln()).max(1.0)
+    };
+    (0..JOINTS).filter(|i| in_backlash[*i]).map(of).sum()
 }
 
 /// Torque at each joint that is within the noise of the wrench, N·m: three deviations, in the

@@ -270,15 +270,17 @@ pub fn of_each_log(
     per_log: &[PerLogEffect],
     point: &FitState,
 ) -> Vec<Notice> {
-    let of_effect = |own: &PerLogEffect| {
+    let mut notices = Vec::new();
+    for own in per_log {
         let of_log = |(log, each): (&Log, &Vec<Effect>)| {
             Some((log.name.clone(), own.whole(each.iter().find(|e| own.is(e))?)))
         };
         let found: Vec<_> = logs.iter().zip(&point.per_log).filter_map(of_log).collect();
-        let name = own.stated.name(robot);
-        (!found.is_empty()).then_some(Notice::PerLog { name, found })
-    };
-    per_log.iter().filter_map(of_effect).collect()
+        if !found.is_empty() {
+            notices.push(Notice::PerLog { name: own.stated.name(robot), found });
+        }
+    }
+    notices
 }
 
 /// The comparison that predictions of all logs make.

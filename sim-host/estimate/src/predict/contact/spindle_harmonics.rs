@@ -228,22 +228,22 @@ impl SpindleHarmonics {
         }
         let force = weld.forces(&self.process, &Ports::default(), &weld.motion, None);
         let force = weld.quick_vectors(&force);
-        let still = |row: usize| {
+        let mut places = Vec::with_capacity(weld.rows.len());
+        for (k, &row) in weld.rows.iter().enumerate() {
             let mut still = [Vector3::zeros(); COMPARED_ORDERS];
             for &order in &self.orders {
                 still[order - 1] = self.amplitude(weld, order, row, &force);
             }
-            still
-        };
-        let place = |(k, &row): (usize, &usize)| ShakenRow {
-            row,
-            q: JointVector::from_fn(|i, _| smooth[i][row]),
-            held: weld.held(&self.process, row),
-            motors: std::array::from_fn(|n| motors[n][k]),
-            shares,
-            still: still(row),
-        };
-        weld.rows.iter().enumerate().map(place).collect()
+            places.push(ShakenRow {
+                row,
+                q: JointVector::from_fn(|i, _| smooth[i][row]),
+                held: weld.held(&self.process, row),
+                motors: std::array::from_fn(|n| motors[n][k]),
+                shares,
+                still,
+            });
+        }
+        places
     }
 
     /// The loop at a place, closed through an arm, and how the tool shakes there.

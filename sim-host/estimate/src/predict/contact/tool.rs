@@ -200,22 +200,16 @@ impl RecordedWeld {
         motion: &[Tool],
         shake: Option<&[[Vector3<f64>; 2]]>,
     ) -> Vec<Vector3<f64>> {
-        let force = |k: usize| {
+        let mut forces = Vec::with_capacity(self.angle.len());
+        for (k, angle) in self.angle.iter().enumerate() {
             let tool = &motion[k];
             let [by, at] = shake.map_or([Vector3::zeros(); 2], |shake| shake[k]);
-            let time = k as f64 * self.period;
-            reaction(
-                process,
-                ports,
-                time,
-                &(tool.position + by),
-                &(tool.velocity + at),
-                tool.channel,
-                self.angle[k],
-            )
-            .force
-        };
-        (0..self.angle.len()).map(force).collect()
+            let (time, channel) = (k as f64 * self.period, tool.channel);
+            let (position, velocity) = (tool.position + by, tool.velocity + at);
+            let load = reaction(process, ports, time, &position, &velocity, channel, *angle);
+            forces.push(load.force);
+        }
+        forces
     }
 
     /// The depth force that was measured, over the predicted one, at every row, both below the

@@ -89,28 +89,30 @@ fn thinned(series: &[Vector3<f64>], stride: usize) -> Vec<Vector3<f64>> {
 /// The octaves of a series, the shortest first; what is slower than all of them is left out. Beyond
 /// its ends a series goes on as its mirror image through the last point.
 fn octaves(series: &[Vector3<f64>]) -> Vec<Vec<Vector3<f64>>> {
-    let last = series.len() as isize - 1;
     let mut rest = series.to_vec();
     let mut octaves = Vec::new();
     while (KERNEL.len() << octaves.len()) <= series.len() || octaves.is_empty() {
         let apart = 1 << octaves.len();
-        let at = |k: isize| {
-            let within = |k: isize| rest[k.clamp(0, last) as usize];
-            match k {
-                k if k < 0 => within(0) * 2.0 - within(-k),
-                k if k > last => within(last) * 2.0 - within(2 * last - k),
-                k => within(k),
-            }
-        };
         let smooth = |k: usize| -> Vector3<f64> {
             let taps = KERNEL.iter().enumerate();
-            taps.map(|(tap, w)| at(k as isize + (tap as isize - 2) * apart) * *w).sum()
+            taps.map(|(tap, w)| mirrored(&rest, k as isize + (tap as isize - 2) * apart) * *w).sum()
         };
         let slower: Vec<Vector3<f64>> = (0..rest.len()).map(smooth).collect();
         octaves.push(rest.iter().zip(&slower).map(|(a, b)| a - b).collect());
         rest = slower;
     }
     octaves
+}
+
+/// A series at a sample, beyond its ends as its mirror image through the last point.
+fn mirrored(series: &[Vector3<f64>], k: isize) -> Vector3<f64> {
+    let last = series.len() as isize - 1;
+    let within = |k: isize| series[k.clamp(0, last) as usize];
+    match k {
+        k if k < 0 => within(0) * 2.0 - within(-k),
+        k if k > last => within(last) * 2.0 - within(2 * last - k),
+        k => within(k),
+    }
 }
 
 /// Variance of an octave of a series with this autocovariance.

@@ -19,7 +19,7 @@ use trueweld_logs::channel::LogChannel;
 use trueweld_logs::fir::{
     Bands, Beginning, CLOSE_AGREEMENT_DEVIATIONS, LowPass, NOT_BY_CHANCE, Smoothed, finer, start,
 };
-use trueweld_logs::log::{Log, LogKind};
+use trueweld_logs::log::{Log, LogKind, Samples};
 use trueweld_logs::noise::NoiseLevels;
 use trueweld_plant::integrate::link_dynamics::{DynamicLinks, Motors};
 use trueweld_plant::integrate::{Diverged, TooFast, substeps};
@@ -130,6 +130,38 @@ fn is_bridged(mut read: impl Iterator<Item = bool>, low: &LowPass) -> bool {
     })
 }
 
+/// True where the filter bridges all gaps of a log's poses and second encoders.
+fn is_whole(samples: &Samples, low: &LowPass) -> bool {
+    let mut vectors = samples.position.iter().chain(&samples.rotation);
+    let mut encoders = samples.link_encoder.iter().flatten();
+    vectors.all(|v| is_bridged(v.iter().map(|v| v.sum().is_finite()), low))
+        && encoders.all(|v| is_bridged(v.iter().map(|v| v.is_finite()), low))
+}
+
+/// The motors in a band, Hz, by each joint's angles, rad, every `part` s.
+fn smoothed(columns: &[Vec<f64>; 6], band: f64, part: f64) -> Vec<Motors> {
+    let smooth = LowPass::new(band, part);
+    let series =
+        columns.each_ref().map(|c| [smooth.smooth(0, c), smooth.smooth(1, c), smooth.smooth(2, c)]);
+    let six = |d: usize, k: usize| JointVector::from_fn(|i, _| series[i][d][k]);
+    (0..columns[0].len())
+        .map(|k| Motors { angle: six(0, k), rate: six(1, k), acceleration: six(2, k) })
+        .collect()
+}
+
+/// Motors that drive the links by smoothed columns, one for each joint.
+fn driven_by(columns: &[Vec<Smoothed>]) -> Vec<Motors> {
+    let mut motors = Vec::with_capacity(columns[0].len());
+    for k in 0..columns[0].len() {
+        motors.push(Motors {
+            angle: JointVector::from_fn(|i, _| columns[i][k].value),
+            rate: JointVector::from_fn(|i, _| columns[i][k].rate),
+            acceleration: JointVector::zeros(),
+        });
+    }
+    motors
+}
+
 impl DynamicPrediction {
     pub(super) fn new(
         log: &Log,
@@ -161,29 +193,10 @@ impl DynamicPrediction {
             finer(&s.encoder.iter().map(|q| q[i]).collect::<Vec<f64>>(), parts)
         });
         let states = columns[0].len();
-        let smoothed = |band: f64| -> Vec<Motors> {
-            let smooth = LowPass::new(band, part);
-            let series = columns
-                .each_ref()
-                .map(|c| [smooth.smooth(0, c), smooth.smooth(1, c), smooth.smooth(2, c)]);
-            let six = |d: usize, k: usize| JointVector::from_fn(|i, _| series[i][d][k]);
-            (0..states)
-                .map(|k| Motors { angle: six(0, k), rate: six(1, k), acceleration: six(2, k) })
-                .collect()
-        };
         let in_bands: [Bands; 6] =
             std::array::from_fn(|i| Bands::of(&DRIVE_BANDS, part, scatter[i], &columns[i]));
         let agreeing = |within: f64| -> Vec<Vec<Smoothed>> {
             in_bands.iter().map(|bands| bands.in_agreement(within)).collect()
-        };
-        let driven_by = |columns: &[Vec<Smoothed>]| -> Vec<Motors> {
-            (0..states)
-                .map(|k| Motors {
-                    angle: JointVector::from_fn(|i, _| columns[i][k].value),
-                    rate: JointVector::from_fn(|i, _| columns[i][k].rate),
-                    acceleration: JointVector::zeros(),
-                })
-                .collect()
         };
         let closely = agreeing(CLOSE_AGREEMENT_DEVIATIONS);
         let mut bands: Vec<usize> =
@@ -193,9 +206,9 @@ impl DynamicPrediction {
         let mut even = driven_by(&agreeing(NOT_BY_CHANCE));
         // A filter's window has one side only at the ends; where the motors move there, a cubic
         // stands in.
-        let mut motor = smoothed(MOTOR_BAND);
+        let mut motor = smoothed(&columns, MOTOR_BAND, part);
         // By how much smoothing changes it.
-        let mut otherwise = smoothed(2.0 * MOTOR_BAND);
+        let mut otherwise = smoothed(&columns, 2.0 * MOTOR_BAND, part);
         let ends: [Option<[Beginning; 6]>; 2] = [false, true].map(|back| {
             let of = |i: usize| {
                 let mut column = columns[i].clone();
@@ -237,20 +250,12 @@ impl DynamicPrediction {
             (UNCOMPARED_END / period).ceil() as usize
         };
         // A channel with long gaps is compared where it was read.
-        let whole = |low: &LowPass| {
-            let vectors = || s.position.iter().chain(&s.rotation);
-            vectors().all(|v| is_bridged(v.iter().map(|v| v.sum().is_finite()), low))
-                && s.link_encoder
-                    .iter()
-                    .flatten()
-                    .all(|v| is_bridged(v.iter().map(|v| v.is_finite()), low))
-        };
         let calm = lowest
             .filter(|_| log.kind == LogKind::FreeMotion)
             .map(|frequency| CALM * frequency)
             .filter(|band| band.is_finite() && *band < 0.2 / period)
             .map(|band| (band, LowPass::new(band, period)))
-            .filter(|(_, low)| n > 4 * low.half() && whole(low));
+            .filter(|(_, low)| n > 4 * low.half() && is_whole(s, low));
         let (skipped, every) = match &calm {
             Some((band, low)) => {
                 (low.half().max(skipped), ((0.4 / (band * period)).floor() as usize).max(1))

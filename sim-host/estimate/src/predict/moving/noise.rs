@@ -168,42 +168,7 @@ impl DynamicPrediction {
         let n = self.time.len();
         let robot = ElasticRobot::with_effects(&model.robot, &[], None).ok()?;
         let substeps = self.substeps(&robot).ok()?;
-        let still = SVector::<f64, 12>::zeros();
-        let part = self.part();
-        let drive = LowPass::new(DRIVE_BANDS[0].min(0.2 / part), part);
-        let motor = LowPass::new(MOTOR_BAND, part);
-        let friction = &model.robot.parameters().friction;
-        let driven = |every: usize| -> Option<Vec<[JointVector<f64>; 3]>> {
-            let columns: [[Vec<f64>; 4]; 6] = std::array::from_fn(|i| {
-                let rows: Vec<f64> =
-                    log.samples.encoder.iter().step_by(every).map(|q| q[i]).collect();
-                let fine = finer(&rows, every * self.parts);
-                let [angle, rate] = [0, 1].map(|d| drive.smooth(d, &fine));
-                let [motor_rate, acceleration] = [1, 2].map(|d| motor.smooth(d, &fine));
-                [angle, rate, motor_rate, acceleration]
-            });
-            let six = |d: usize, k: usize| JointVector::from_fn(|i, _| columns[i][d][k]);
-            let mut links = self.start(&robot, &[0.0; INTERNAL_STATES], &still);
-            let mut rows = Vec::with_capacity(n);
-            for state in 0..columns[0][0].len() {
-                let motors = Motors {
-                    angle: six(0, state),
-                    rate: six(1, state),
-                    acceleration: JointVector::zeros(),
-                };
-                if state > 0 {
-                    let time = state as f64 * part + self.time[0];
-                    links.advance(&robot, &motors, time, substeps).ok()?;
-                }
-                if state.is_multiple_of(self.parts) {
-                    let rate = six(2, state);
-                    let inertia = model.robot.rotor_inertia().component_mul(&six(3, state));
-                    let rubbed = JointVector::from_fn(|i, _| friction.torque(i, rate[i]).0);
-                    rows.push([links.drives().link, links.spring(&robot) + inertia, rubbed]);
-                }
-            }
-            Some(rows)
-        };
+        let driven = |every: usize| self.driven(model, log, &robot, substeps, every);
         let share = if log.kind == LogKind::RingDown { BRAKED } else { PLANNED };
         // Friction turns round at once: not by a share, but in a share of the rows.
         let apart = driven(1)?.into_iter().zip(driven(2)?).map(|(all, half)| {
@@ -214,6 +179,51 @@ impl DynamicPrediction {
         link.resize(n, JointVector::zeros());
         torque.resize(n, JointVector::zeros());
         Some(Untold { link, torque })
+    }
+
+    /// What an arm does at its rows where a spline through every so many of them drives it: link
+    /// angles, rad, torque of springs and inertia, and torque of friction, N·m. `None` where it
+    /// cannot be driven.
+    fn driven(
+        &self,
+        model: &BaselineModel,
+        log: &Log,
+        robot: &ElasticRobot,
+        substeps: usize,
+        every: usize,
+    ) -> Option<Vec<[JointVector<f64>; 3]>> {
+        let part = self.part();
+        let drive = LowPass::new(DRIVE_BANDS[0].min(0.2 / part), part);
+        let motor = LowPass::new(MOTOR_BAND, part);
+        let friction = &model.robot.parameters().friction;
+        let columns: [[Vec<f64>; 4]; 6] = std::array::from_fn(|i| {
+            let rows: Vec<f64> = log.samples.encoder.iter().step_by(every).map(|q| q[i]).collect();
+            let fine = finer(&rows, every * self.parts);
+            let [angle, rate] = [0, 1].map(|d| drive.smooth(d, &fine));
+            let [motor_rate, acceleration] = [1, 2].map(|d| motor.smooth(d, &fine));
+            [angle, rate, motor_rate, acceleration]
+        });
+        let six = |d: usize, k: usize| JointVector::from_fn(|i, _| columns[i][d][k]);
+        let mut links = self.start(robot, &[0.0; INTERNAL_STATES], &SVector::zeros());
+        let mut rows = Vec::with_capacity(self.time.len());
+        for state in 0..columns[0][0].len() {
+            let motors = Motors {
+                angle: six(0, state),
+                rate: six(1, state),
+                acceleration: JointVector::zeros(),
+            };
+            if state > 0 {
+                let time = state as f64 * part + self.time[0];
+                links.advance(robot, &motors, time, substeps).ok()?;
+            }
+            if state.is_multiple_of(self.parts) {
+                let rate = six(2, state);
+                let inertia = model.robot.rotor_inertia().component_mul(&six(3, state));
+                let rubbed = JointVector::from_fn(|i, _| friction.torque(i, rate[i]).0);
+                rows.push([links.drives().link, links.spring(robot) + inertia, rubbed]);
+            }
+        }
+        Some(rows)
     }
 
     /// Slope of the model's friction by the rate at every row, N·m·s/rad.

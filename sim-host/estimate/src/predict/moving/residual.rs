@@ -5,8 +5,8 @@ use super::super::columns::filled;
 use super::super::instruments::{seen, sensed, unread};
 use super::DynamicPrediction;
 use nalgebra::Vector3;
-use trueweld_core::Pose;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
+use trueweld_core::{JointVector, Pose};
 use trueweld_logs::fir::interpolate;
 use trueweld_plant::robot::{Channel, Drives, ElasticRobot, INTERNAL_STATES, Readings};
 
@@ -18,59 +18,31 @@ impl DynamicPrediction {
         motion: &LinkMotion,
         residual: &mut Vec<f64>,
     ) {
-        let begin = self.time[0];
-        let lag = |channel| robot.ports.delay(channel) / self.period;
-        let late = |row: usize, lag: f64| {
-            if lag == 0.0 { motion.link[row] } else { interpolate(&motion.link, row as f64 - lag) }
-        };
         if self.position.is_some() || self.rotation.is_some() {
-            let tracker_lag = lag(Channel::Tracker);
-            let pose = |row: &usize| {
-                let time = self.time[*row] - begin;
-                let tool = match motion.tool.as_slice() {
-                    [] => robot.model.frames(&late(*row, tracker_lag)).tcp,
-                    tools => between(tools, *row as f64 - tracker_lag),
-                };
-                seen(&robot.ports, &tool, time)
-            };
             // Every row that a window reaches, or only those compared.
             let rows: Vec<usize> = if self.calm.is_some() {
                 (0..motion.link.len()).collect()
             } else {
                 self.pose_rows.clone()
             };
-            let poses: Vec<Pose<f64>> = rows.iter().map(pose).collect();
-            let mut extend = |left: Vec<Vector3<f64>>| match &self.calm {
-                Some(_) => {
-                    // What is left is filled, not what was measured, which moves.
-                    let column = |c: usize| bridged(left.iter().map(|v| v[c]).collect());
-                    let left = [0, 1, 2].map(column);
-                    residual.extend(self.pose_rows.iter().flat_map(|&row| {
-                        let left = &left;
-                        (0..3).map(move |c| self.calmed(left[c].len(), row, |k| left[c][k]))
-                    }));
-                }
-                None => residual.extend(left.iter().flat_map(|v| v.iter().copied())),
-            };
+            let poses: Vec<Pose<f64>> =
+                rows.iter().map(|row| self.seen_pose(robot, motion, *row)).collect();
             if let Some(measured) = &self.position {
-                extend(
-                    rows.iter()
-                        .zip(&poses)
-                        .map(|(row, pose)| measured[*row] - pose.position)
-                        .collect(),
-                );
+                let left = |(row, pose): (&usize, &Pose<f64>)| measured[*row] - pose.position;
+                self.extend(residual, rows.iter().zip(&poses).map(left).collect());
             }
             if let Some(measured) = &self.rotation {
                 let left = |(row, pose): (&usize, &Pose<f64>)| {
                     rotation_vector(&pose.rotation.tr_mul(&measured[*row]))
                 };
-                extend(rows.iter().zip(&poses).map(left).collect());
+                self.extend(residual, rows.iter().zip(&poses).map(left).collect());
             }
         }
-        let link_lag = lag(Channel::LinkEncoder);
+        let link_lag = robot.ports.delay(Channel::LinkEncoder) / self.period;
         for (i, series) in self.link_encoder.iter().enumerate() {
             let Some(series) = series else { continue };
-            let left = |row: usize| self.link_left(robot, i, late(row, link_lag)[i], row);
+            let left =
+                |row: usize| self.link_left(robot, i, link_at(motion, row, link_lag)[i], row);
             match &self.calm {
                 Some(_) => {
                     let all = bridged((0..series.len()).map(left).collect());
@@ -80,6 +52,29 @@ impl DynamicPrediction {
                 }
                 None => residual.extend(self.pose_rows.iter().map(|&row| left(row))),
             }
+        }
+    }
+
+    /// The tool as the tracker sees it at a row.
+    fn seen_pose(&self, robot: &ElasticRobot, motion: &LinkMotion, row: usize) -> Pose<f64> {
+        let lag = robot.ports.delay(Channel::Tracker) / self.period;
+        let tool = match motion.tool.as_slice() {
+            [] => robot.model.frames(&link_at(motion, row, lag)).tcp,
+            tools => between(tools, row as f64 - lag),
+        };
+        seen(&robot.ports, &tool, self.time[row] - self.time[0])
+    }
+
+    /// Adds what is left of vectors to the residual, in the band they are compared in.
+    fn extend(&self, residual: &mut Vec<f64>, left: Vec<Vector3<f64>>) {
+        if self.calm.is_none() {
+            residual.extend(left.iter().flat_map(|v| v.iter().copied()));
+            return;
+        }
+        // What is left is filled, not what was measured, which moves.
+        let left = [0, 1, 2].map(|c: usize| bridged(left.iter().map(|v| v[c]).collect()));
+        for &row in &self.pose_rows {
+            residual.extend(left.iter().map(|c| self.calmed(c.len(), row, |k| c[k])));
         }
     }
 
@@ -134,6 +129,11 @@ impl DynamicPrediction {
             }
         }
     }
+}
+
+/// Link angles so many rows before a row, rad.
+fn link_at(motion: &LinkMotion, row: usize, lag: f64) -> JointVector<f64> {
+    if lag == 0.0 { motion.link[row] } else { interpolate(&motion.link, row as f64 - lag) }
 }
 
 /// A series with its gaps filled, unless it has no value at all.

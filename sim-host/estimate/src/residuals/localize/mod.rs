@@ -346,11 +346,7 @@ fn offset(table: &ResidualTable) -> Option<Finding> {
         .collect();
     let (rows, total) = (table.squares.len() as f64, table.squares.iter().sum::<f64>());
     let share = |sign: &mut dyn FnMut() -> f64| {
-        let mut sums = vec![0.0; width];
-        for block in &sums_by_block {
-            let sign = sign();
-            sums.iter_mut().zip(block).for_each(|(sum, value)| *sum += sign * value);
-        }
+        let sums = signed_sums(&sums_by_block, width, sign);
         sums.iter().map(|sum| sum * sum).sum::<f64>() / rows / total
     };
     let mut random = table.random(2);
@@ -379,6 +375,20 @@ fn offset(table: &ResidualTable) -> Option<Finding> {
         },
         ..table.finding(Statistic::Mean, judged)
     })
+}
+
+/// Sum of each series over blocks, of which each is multiplied by the next sign.
+fn signed_sums(
+    sums_by_block: &[Vec<f64>],
+    width: usize,
+    sign: &mut dyn FnMut() -> f64,
+) -> Vec<f64> {
+    let mut sums = vec![0.0; width];
+    for block in sums_by_block {
+        let sign = sign();
+        sums.iter_mut().zip(block).for_each(|(sum, value)| *sum += sign * value);
+    }
+    sums
 }
 
 /// Place of the largest of some values.

@@ -59,20 +59,15 @@ fn of_angle(
             .zip(table.row(*i))
             .for_each(|(mean, value)| *mean += value / picked.len() as f64);
     }
-    let best = |order: &dyn Fn(usize) -> usize| -> (usize, f64) {
-        let rows: Vec<f64> = picked
-            .iter()
-            .flat_map(|i| table.row(order(*i)).iter().zip(&mean).map(|(value, mean)| value - mean))
-            .collect();
-        let total: f64 = picked.iter().map(|i| table.squares[order(*i)]).sum();
-        let shares = waves.iter().map(|wave| (wave.order, wave.explained(&rows, width) / total));
-        shares.fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
-    };
-    let (order, share) = best(&|i| i);
+    let best = |arranged: &[usize]| best_order(table, arranged, &mean, &waves);
+    let (order, share) = best(&picked);
     if share < EXPLAINED_ABOVE_CHANCE_MIN {
         return None;
     }
-    let arranged = arrangements.iter().take(ARRANGEMENTS).map(|a| [best(&|i| a[i] as usize).1]);
+    let arranged = arrangements.iter().take(ARRANGEMENTS).map(|arrangement| {
+        let rows: Vec<usize> = picked.iter().map(|i| arrangement[*i] as usize).collect();
+        [best(&rows).1]
+    });
     let [judged] = judge([share], arranged);
     if !judged.counts() {
         return None;
@@ -84,6 +79,23 @@ fn of_angle(
     let condition = Covariate { variable, values: phase, categories: Vec::new() };
     let sums = BinSums::of(table, &bins, |i| i);
     Some(report(table, &condition, &bins, &sums, Statistic::Mean, judged))
+}
+
+/// The order whose wave explains most of some rows, with its share of their squares; 0 where none
+/// explains any. `mean`: of each series.
+fn best_order(
+    table: &ResidualTable,
+    rows: &[usize],
+    mean: &[f64],
+    waves: &[SineCosine],
+) -> (usize, f64) {
+    let values: Vec<f64> = rows
+        .iter()
+        .flat_map(|i| table.row(*i).iter().zip(mean).map(|(value, mean)| value - mean))
+        .collect();
+    let total: f64 = rows.iter().map(|i| table.squares[*i]).sum();
+    let shares = waves.iter().map(|wave| (wave.order, wave.explained(&values, mean.len()) / total));
+    shares.fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
 }
 
 /// Sine and cosine of a multiple of an angle, less their means.

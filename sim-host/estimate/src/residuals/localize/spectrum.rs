@@ -31,28 +31,7 @@ pub(super) fn of(
     let step = (time[first[first.len() - 1].1] - time[first[0].1]) / (first.len() - 1) as f64;
     let highest = 0.5 / step;
     let mut planner = RealFftPlanner::<f64>::new();
-    let mut power = |order: &dyn Fn(usize) -> usize| -> [f64; BANDS] {
-        let mut bands = [0.0; BANDS];
-        for span in &table.spans {
-            let transform = planner.plan_fft_forward(span.len());
-            let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
-            for series in 0..table.series.len() {
-                input
-                    .iter_mut()
-                    .zip(span.clone())
-                    .for_each(|(x, i)| *x = table.row(order(i))[series]);
-                if transform.process(&mut input, &mut output).is_err() {
-                    continue;
-                }
-                let lines = output.len() - 1;
-                for (line, z) in output.iter().enumerate().skip(1) {
-                    bands[band(line as f64 / lines as f64)] += z.norm_sqr();
-                }
-            }
-        }
-        let total: f64 = bands.iter().sum();
-        bands.map(|b| b / total)
-    };
+    let mut power = |order: &dyn Fn(usize) -> usize| band_shares(table, &mut planner, order);
     let shares = power(&|i| i);
     let away =
         |shares: &[f64; BANDS]| 0.5 * (0..BANDS).map(|b| (shares[b] - width(b)).abs()).sum::<f64>();
@@ -86,6 +65,33 @@ pub(super) fn of(
         },
         ..table.finding(Statistic::Size, judged)
     })
+}
+
+/// Share of the power in each band, over all series of the table with its rows in this order.
+fn band_shares(
+    table: &ResidualTable,
+    planner: &mut RealFftPlanner<f64>,
+    order: &dyn Fn(usize) -> usize,
+) -> [f64; BANDS] {
+    let mut bands = [0.0; BANDS];
+    for span in &table.spans {
+        let transform = planner.plan_fft_forward(span.len());
+        let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
+        for series in 0..table.series.len() {
+            for (x, i) in input.iter_mut().zip(span.clone()) {
+                *x = table.row(order(i))[series];
+            }
+            if transform.process(&mut input, &mut output).is_err() {
+                continue;
+            }
+            let lines = output.len() - 1;
+            for (line, z) in output.iter().enumerate().skip(1) {
+                bands[band(line as f64 / lines as f64)] += z.norm_sqr();
+            }
+        }
+    }
+    let total: f64 = bands.iter().sum();
+    bands.map(|b| b / total)
 }
 
 /// Band of a frequency, as a share of the highest.

@@ -184,6 +184,16 @@ impl ResidualTable {
         (table.squares.iter().sum::<f64>() > 0.0).then_some(table)
     }
 
+    /// Sum over the rows of a log of the products with the row so many later, each less the `mean`
+    /// of its series.
+    fn covariance(&self, span: &Range<usize>, mean: &[f64], lag: usize) -> f64 {
+        let product = |i: usize| {
+            let (a, b) = (self.row(i), self.row(i + lag));
+            (0..mean.len()).map(|s| (a[s] - mean[s]) * (b[s] - mean[s])).sum::<f64>()
+        };
+        span.clone().take(span.len().saturating_sub(lag)).map(product).sum()
+    }
+
     /// Finds how long the residual of each log remembers.
     fn remember(&mut self) {
         let width = self.series.len();
@@ -193,19 +203,10 @@ impl ResidualTable {
             let mean: Vec<f64> = (0..width)
                 .map(|s| span.clone().map(|i| self.row(i)[s]).sum::<f64>() / n.max(1) as f64)
                 .collect();
-            let covariance = |lag: usize| -> f64 {
-                let pairs = span.clone().take(n.saturating_sub(lag));
-                pairs
-                    .map(|i| {
-                        let (a, b) = (self.row(i), self.row(i + lag));
-                        (0..width).map(|s| (a[s] - mean[s]) * (b[s] - mean[s])).sum::<f64>()
-                    })
-                    .sum()
-            };
-            let variance = covariance(0);
+            let variance = self.covariance(span, &mean, 0);
             let (mut last, mut sum, mut falling) = (0, 1.0, true);
             for lag in 1..longest {
-                let correlation = covariance(lag) / variance;
+                let correlation = self.covariance(span, &mean, lag) / variance;
                 if correlation.abs() > AUTOCORRELATION_MIN {
                     last = lag;
                 }
