@@ -1,6 +1,6 @@
 //! Which calibrations count: those that bring more than their values cost.
 
-use super::found::{effects_of, found};
+use super::found::{FittedEffect, effects_of, found};
 use super::rules;
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -22,13 +22,7 @@ fn drop_unknown(point: &FitState, linear: &Linear, kept: &mut Vec<usize>) -> boo
     while let Some(found) = linear.solve(None, 0.0, Some(kept)) {
         let deviations = found.deviations();
         let share = |k: usize| {
-            let Some(free) = point.free.get(k) else { return 0.0 };
-            let scope = point.effect(free.of).kind.calibration.map(|c| c.scope);
-            let unit = fit::unit(point.parameter(free), point.value(free));
-            match scope {
-                Some(CalibrationScope::Postures) => deviations[k] * unit / free.expected,
-                _ => 0.0,
-            }
+            point.free.get(k).map_or(0.0, |free| expected_share(point, free, deviations[k]))
         };
         let least_known =
             (0..kept.len()).max_by(|a, b| share(kept[*a]).total_cmp(&share(kept[*b])));
@@ -38,6 +32,17 @@ fn drop_unknown(point: &FitState, linear: &Linear, kept: &mut Vec<usize>) -> boo
         };
     }
     kept.len() < before
+}
+
+/// Deviation of a value of how links are mounted, as a share of what was expected of it before; 0
+/// of any other value. `deviation`: in the fit's units.
+fn expected_share(point: &FitState, free: &FreeParameter, deviation: f64) -> f64 {
+    let scope = point.effect(free.of).kind.calibration.map(|c| c.scope);
+    let unit = fit::unit(point.parameter(free), point.value(free));
+    match scope {
+        Some(CalibrationScope::Postures) => deviation * unit / free.expected,
+        _ => 0.0,
+    }
 }
 
 /// Slopes of a free value of a point, where they are known at another, at which the same effect may
@@ -312,18 +317,9 @@ pub(super) fn drop_insignificant(
     (fitted, mut names): (Fitted, Vec<(&'static str, Location)>),
 ) -> (Fitted, Vec<(&'static str, Location)>) {
     let all = found(problem, &fitted, |of| is_calibration(fitted.point.effect(of).kind));
-    // How far the surest of its values is from nothing, in half of its interval.
     let sure = |name: &(&str, Location)| {
         let own = all.iter().filter(|f| (f.effect.kind.id, f.effect.at) == *name);
-        own.flat_map(|f| {
-            let values = f.effect.kind.parameters.iter().zip(&f.effect.values);
-            values.zip(&f.interval).filter(|(_, [low, high])| low < high).map(
-                |((parameter, value), [low, high])| {
-                    (value - parameter.without_effect(*value)).abs() / (0.5 * (high - low))
-                },
-            )
-        })
-        .fold(0.0, f64::max)
+        own.map(sureness).fold(0.0, f64::max)
     };
     let doubtful = names.iter().map(sure).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
     let Some((least, _)) = doubtful.filter(|(_, sure)| *sure < 1.0) else {
@@ -357,6 +353,18 @@ pub(super) fn drop_insignificant(
             (fitted, names)
         }
     }
+}
+
+/// How far the surest of an effect's values is from nothing, in half of its interval.
+fn sureness(found: &FittedEffect) -> f64 {
+    let values = found.effect.kind.parameters.iter().zip(&found.effect.values);
+    values
+        .zip(&found.interval)
+        .filter(|(_, [low, high])| low < high)
+        .map(|((parameter, value), [low, high])| {
+            (value - parameter.without_effect(*value)).abs() / (0.5 * (high - low))
+        })
+        .fold(0.0, f64::max)
 }
 
 #[cfg(test)]

@@ -79,6 +79,28 @@ pub struct Candidate {
     pub fitted: Fitted,
 }
 
+impl Candidate {
+    /// One that may not be named, from its fit. Before it: the score held out, and by how much the
+    /// residuals exceed their noise, as χ².
+    fn new(
+        problem: &FitProblem,
+        fitted: &Fitted,
+        effects: Vec<FittedEffect>,
+        [score_before, excess_before]: [f64; 2],
+    ) -> Self {
+        Self {
+            effects,
+            held_out_before: score_before,
+            held_out_after: held_out_score(fitted),
+            probability: 0.0,
+            left: excess_chi_square(problem, &fitted.residuals) / excess_before,
+            may_be_named: false,
+            indistinguishable: Vec::new(),
+            fitted: fitted.clone(),
+        }
+    }
+}
+
 /// What a diagnosis found.
 #[derive(Debug, Clone)]
 pub struct Diagnosis {
@@ -373,19 +395,12 @@ fn conclude(
     }
     calibration.retain(|found| is_calibration(found.effect.kind));
 
-    let mut candidates: Vec<Candidate> = singles
-        .iter()
-        .map(|fitted| Candidate {
-            effects: found_effects(problem, fitted),
-            held_out_before: score_before,
-            held_out_after: held_out_score(fitted),
-            probability: 0.0,
-            left: excess_chi_square(problem, &fitted.residuals) / excess,
-            may_be_named: is_nameable(ctx, null, fitted),
-            indistinguishable: Vec::new(),
-            fitted: fitted.clone(),
-        })
-        .collect();
+    let candidate = |fitted: &Fitted| {
+        let effects = found_effects(problem, fitted);
+        let candidate = Candidate::new(problem, fitted, effects, [score_before, excess]);
+        Candidate { may_be_named: is_nameable(ctx, null, fitted), ..candidate }
+    };
+    let mut candidates: Vec<Candidate> = singles.iter().map(candidate).collect();
     candidates.sort_by_key(|candidate| !candidate.may_be_named);
     // What it costs to say nothing: with calibrations as they are, or, where a calibration is the
     // answer, with none.
@@ -413,16 +428,11 @@ fn conclude(
         nothing = without;
         // What was tried beside all calibrations has no place beside one of them: none of it
         // counts.
-        let of_calibration = |fitted: &Fitted, effects: Vec<FittedEffect>| Candidate {
-            may_be_named: effects.iter().any(FittedEffect::is_told_from_nothing),
-            effects: effects.into_iter().take(1).collect(),
-            held_out_before: score_before,
-            held_out_after: held_out_score(fitted),
-            probability: 0.0,
-            left: excess_chi_square(problem, &fitted.residuals)
-                / excess_chi_square(problem, before).max(1.0),
-            indistinguishable: Vec::new(),
-            fitted: fitted.clone(),
+        let given = [score_before, excess_chi_square(problem, before).max(1.0)];
+        let of_calibration = |fitted: &Fitted, mut effects: Vec<FittedEffect>| {
+            let may_be_named = effects.iter().any(FittedEffect::is_told_from_nothing);
+            effects.truncate(1);
+            Candidate { may_be_named, ..Candidate::new(problem, fitted, effects, given) }
         };
         let is_it = |fitted: &Fitted, name: (&str, Location), of| {
             let effect = fitted.point.effect(of);

@@ -2,7 +2,9 @@
 //! link before it, the zero of its encoder and a link that is mounted turned about that axis are one.
 
 use super::{FittedEffect, rules};
-use trueweld_estimate::fit::{self, EffectScope, FitProblem, Fitted, Slopes, SolverOptions, unit};
+use trueweld_estimate::fit::{
+    self, EffectScope, FitProblem, FitState, Fitted, Slopes, SolverOptions, unit,
+};
 use trueweld_plant::effects::{EffectKind, Location};
 
 /// Cosine between what two values do to the residuals from which on they do the same.
@@ -41,30 +43,48 @@ pub(super) fn equivalent_calibrations(
             others.push(value);
         }
     }
-    let in_place = |value: &CalibrationValue| {
-        let (column, unit) = column(null, *value)?;
+    let tied_cost = improved.cost + rules::TIED * rules::variance_inflation(improved);
+    let mut equivalent = Vec::new();
+    for value in others {
+        if problem.is_late() {
+            break;
+        }
+        let Some((column, unit)) = column(null, value) else { continue };
         let pull = dot(&own, &column);
         let square = dot(&column, &column);
         let alike = pull.abs() / (square * dot(&own, &own)).sqrt();
         if alike.is_nan() || alike < EQUIVALENT_COSINE {
-            return None;
+            continue;
         }
-        let (id, at, parameter) = *value;
-        // Its other values stay free: what they take of what is not fitted is no matter of this one.
-        let mut point = improved.point.clone();
-        point.shared[index].values[most] =
-            effect.kind.parameters[most].without_effect(effect.values[most]);
-        point.free.retain(|f| (f.of, f.parameter) != (EffectScope::Shared(index), most));
-        let mut other = EffectKind::of(id)?.neutral(at);
-        other.values[parameter] = effect.values[most] / own_unit * pull / square * unit;
-        let mut expected = vec![0.0; other.values.len()];
-        expected[parameter] = other.values[parameter].abs();
-        point.add_expected(other, &expected);
-        let fitted = fit::fit(problem, &point, blocks, &[], SolverOptions::full(0)).ok()?;
-        let tied = fitted.cost < improved.cost + rules::TIED * rules::variance_inflation(improved);
-        tied.then_some(((id, at), fitted))
-    };
-    others.iter().filter(|_| !problem.is_late()).filter_map(in_place).collect()
+        let size = effect.values[most] / own_unit * pull / square * unit;
+        let Some(point) = in_place(&improved.point, (index, most), value, size) else { continue };
+        let fitted = fit::fit(problem, &point, blocks, &[], SolverOptions::full(0));
+        if let Some(fitted) = fitted.ok().filter(|fitted| fitted.cost < tied_cost) {
+            equivalent.push(((value.0, value.1), fitted));
+        }
+    }
+    equivalent
+}
+
+/// A point with another calibration's value of this size in place of one of an effect for all logs.
+/// The effect's other values stay free: what they take of what is not fitted is no matter of it.
+fn in_place(
+    point: &FitState,
+    (index, parameter): (usize, usize),
+    (id, at, other_parameter): CalibrationValue,
+    size: f64,
+) -> Option<FitState> {
+    let mut point = point.clone();
+    let effect = &mut point.shared[index];
+    effect.values[parameter] =
+        effect.kind.parameters[parameter].without_effect(effect.values[parameter]);
+    point.free.retain(|f| (f.of, f.parameter) != (EffectScope::Shared(index), parameter));
+    let mut other = EffectKind::of(id)?.neutral(at);
+    other.values[other_parameter] = size;
+    let mut expected = vec![0.0; other.values.len()];
+    expected[other_parameter] = size.abs();
+    point.add_expected(other, &expected);
+    Some(point)
 }
 
 /// Widens intervals of a calibration in place of `named` to that share of its value that the logs know

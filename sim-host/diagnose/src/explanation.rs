@@ -126,7 +126,7 @@ fn improved(
     after: &Residuals,
 ) -> Option<ImprovedChannel> {
     let mut sums: BTreeMap<(usize, &'static str), [f64; 3]> = BTreeMap::new();
-    let mut add = |residuals: &Residuals, which: usize| {
+    for (which, residuals) in [before, after].into_iter().enumerate() {
         for ((log, channel), part) in parts(problem, residuals) {
             let kind = problem.logs[log].kind;
             let place = LogKind::ALL.iter().position(|k| *k == kind).unwrap_or(0);
@@ -134,9 +134,7 @@ fn improved(
             sum[which] += part.square;
             sum[2] += if which == 0 { part.count as f64 } else { 0.0 };
         }
-    };
-    add(before, 0);
-    add(after, 1);
+    }
     let ((place, channel), [before, after, count]) =
         sums.into_iter().max_by(|a, b| (a.1[0] - a.1[1]).total_cmp(&(b.1[0] - b.1[1])))?;
     let error = |square: f64| (square / count).sqrt();

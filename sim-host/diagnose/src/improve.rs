@@ -585,32 +585,13 @@ fn model_effects<'f>(
     found: impl Iterator<Item = &'f FittedEffect>,
     problem: &FitProblem,
 ) -> (Vec<ModelEffect>, Vec<EffectOrigin>) {
-    let mut origins = vec![EffectOrigin::Given; given.len()];
-    let mut effects = given.to_vec();
+    let mut effects: Vec<(ModelEffect, EffectOrigin)> =
+        given.iter().map(|entry| (entry.clone(), EffectOrigin::Given)).collect();
     let is_of_log = |f: &&FittedEffect| f.log.is_some() || is_renewed(&f.effect);
     let (own, common): (Vec<&FittedEffect>, Vec<&FittedEffect>) = found.partition(is_of_log);
-    let same = |a: &Effect, b: &Effect| std::ptr::eq(a.kind, b.kind) && a.at == b.at;
-    let mut add = |effect: Effect, scope: Scope, origin: EffectOrigin| {
-        let is_replaced = |e: &ModelEffect| match scope {
-            Scope::Log => e.scope == Scope::Log,
-            // The user's own that were hypotheses come back with their fitted values.
-            Scope::Campaign => is_hypothesis(e),
-        };
-        let place = effects.iter().position(|e| same(&e.effect, &effect) && is_replaced(e));
-        let entry = ModelEffect { effect, scope };
-        match place {
-            Some(place) => {
-                effects[place] = entry;
-                origins[place] = origin;
-            }
-            None => {
-                effects.push(entry);
-                origins.push(origin);
-            }
-        }
-    };
     for found in common {
-        add(found.effect.clone(), Scope::Campaign, EffectOrigin::Fitted(found.clone()));
+        let entry = ModelEffect { effect: found.effect.clone(), scope: Scope::Campaign };
+        add(&mut effects, entry, EffectOrigin::Fitted(found.clone()));
     }
     let stated = SortedEffects::new(given, &problem.declared, None).per_log;
     for (k, found) in own.iter().enumerate() {
@@ -625,7 +606,7 @@ fn model_effects<'f>(
             .map(|v| all.iter().map(|f| f.effect.values[v]).sum::<f64>() / all.len() as f64)
             .collect();
         let effect = Effect { values: mean, ..found.effect.clone() };
-        add(effect, Scope::Log, EffectOrigin::PerLog(all));
+        add(&mut effects, ModelEffect { effect, scope: Scope::Log }, EffectOrigin::PerLog(all));
     }
     // Whoever zeroes an instrument zeroes it at every joint.
     let kinds = own.iter().filter(|f| is_renewed(&f.effect)).map(|f| f.effect.kind);
@@ -635,13 +616,30 @@ fn model_effects<'f>(
             let entries = std::slice::from_ref(&entry);
             let sorted = SortedEffects::new(entries, &problem.declared, None);
             let shows = !calibration::per_log(problem, &sorted.per_log).free.is_empty();
-            if shows && !effects.iter().any(|e| same(&e.effect, &entry.effect)) {
-                effects.push(entry);
-                origins.push(EffectOrigin::Renewed);
+            if shows && !effects.iter().any(|(e, _)| same(&e.effect, &entry.effect)) {
+                effects.push((entry, EffectOrigin::Renewed));
             }
         }
     }
-    (effects, origins)
+    effects.into_iter().unzip()
+}
+
+/// True for the same effect at the same place.
+fn same(a: &Effect, b: &Effect) -> bool {
+    std::ptr::eq(a.kind, b.kind) && a.at == b.at
+}
+
+/// Adds an effect to those of a model, in place of the one that it replaces.
+fn add(effects: &mut Vec<(ModelEffect, EffectOrigin)>, entry: ModelEffect, origin: EffectOrigin) {
+    let is_replaced = |e: &ModelEffect| match entry.scope {
+        Scope::Log => e.scope == Scope::Log,
+        // The user's own that were hypotheses come back with their fitted values.
+        Scope::Campaign => is_hypothesis(e),
+    };
+    match effects.iter_mut().find(|(e, _)| same(&e.effect, &entry.effect) && is_replaced(e)) {
+        Some(replaced) => *replaced = (entry, origin),
+        None => effects.push((entry, origin)),
+    }
 }
 
 /// All of what a log has, of which `found` was fitted to it.

@@ -136,26 +136,12 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
     let mut rough: Vec<Vec<Fitted>> = in_time.map(|s| fit_hypothesis(ctx, s)).collect();
     rough.sort_by(|a, b| cost_of(a).total_cmp(&cost_of(b)));
     let mut rough = rough.into_iter();
-    // The better of two starts first: the other must promise to come as far.
-    let in_full = |mut fits: Vec<Fitted>, goal: f64| {
-        fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        fits.into_iter().fold(None, |best: Option<Fitted>, mut fitted| {
-            let goal = best.as_ref().map_or(goal, |best| best.cost.min(goal));
-            let options =
-                SolverOptions { goal, ..SolverOptions::full(in_proportion(&fitted.point)) };
-            refit(ctx.problem, ctx.blocks, &mut fitted, options);
-            match best {
-                Some(best) if best.cost <= fitted.cost => Some(best),
-                _ => Some(fitted),
-            }
-        })
-    };
     let mut fits: Vec<Fitted> = Vec::new();
-    fits.extend(rough.next().and_then(|best| in_full(best, f64::INFINITY)));
+    fits.extend(rough.next().and_then(|best| fit_in_full(ctx, best, f64::INFINITY)));
     let won = fits.first().map_or(0.0, |best| ctx.null.cost - best.cost);
     let others = rough.collect::<Vec<_>>().into_par_iter().filter_map(|fits| {
         if cost_of(&fits) <= ctx.null.cost - rules::NEAR_BEST_GAIN * won {
-            in_full(fits, ctx.null.cost - rules::PROMISED_WIN_SHARE * won)
+            fit_in_full(ctx, fits, ctx.null.cost - rules::PROMISED_WIN_SHARE * won)
         } else {
             cheapest(fits)
         }
@@ -173,6 +159,24 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
         refit_scaled(ctx.problem, ctx.blocks, best, last);
     }
     fits
+}
+
+/// The best of the fits of a hypothesis from several starts, each in full as long as it promises to
+/// come to the cost `goal`.
+fn fit_in_full(ctx: &SearchContext<'_>, mut fits: Vec<Fitted>, goal: f64) -> Option<Fitted> {
+    // The better of two starts first: the other must promise to come as far.
+    fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut best: Option<Fitted> = None;
+    for mut fitted in fits {
+        let goal = best.as_ref().map_or(goal, |best| best.cost.min(goal));
+        let options = SolverOptions { goal, ..SolverOptions::full(in_proportion(&fitted.point)) };
+        refit(ctx.problem, ctx.blocks, &mut fitted, options);
+        best = match best {
+            Some(best) if best.cost <= fitted.cost => Some(best),
+            _ => Some(fitted),
+        };
+    }
+    best
 }
 
 /// Cost of the best of some fits.

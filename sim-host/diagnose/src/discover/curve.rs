@@ -8,6 +8,7 @@ use super::variables::ExpressionValues;
 use crate::rules;
 use nalgebra::DMatrix;
 use std::ops::Range;
+use trueweld_estimate::AUTOCORRELATION_INFLATION;
 use trueweld_estimate::fit::{
     self, EffectScope, FitState, Fitted, FreeParameter, ReducedNormal, Slopes, SolverOptions,
 };
@@ -198,17 +199,13 @@ impl CurveCandidate {
             return all;
         }
         // A ring-down hardly moves the encoders: only the places near where it is have a say.
-        let near = |log: usize| -> Vec<bool> {
-            let mut near = vec![false; places.count()];
-            let rows = (0..self.over[log].len()).filter(|_| ring_down(log));
-            for at in
-                rows.map(|row| self.at(log, row)).filter(|at| at.iter().all(|x| x.is_finite()))
-            {
-                places.shares(at).for_each(|(place, _)| near[place] = true);
+        let mut near = vec![vec![false; places.count()]; self.over.len()];
+        for log in (0..self.over.len()).filter(|log| ring_down(*log)) {
+            let rows = (0..self.over[log].len()).map(|row| self.at(log, row));
+            for at in rows.filter(|at| at.iter().all(|x| x.is_finite())) {
+                places.shares(at).for_each(|(place, _)| near[log][place] = true);
             }
-            near
-        };
-        let near: Vec<Vec<bool>> = (0..self.over.len()).map(near).collect();
+        }
         let wanted = |place: usize, log: usize| near[log][place];
         let swung = self.slopes_through_plant(context, places, wanted).unwrap_or_default();
         for (all, swung) in all.iter_mut().zip(swung) {
@@ -546,14 +543,8 @@ impl FittedCurve {
             }
         }
         let point = |[weight, x, asked, left, count]: [f64; 5]| {
-            let x = x / weight;
-            ConditionBin {
-                x,
-                y: asked / weight,
-                error: ((left / count).max(1.0) * trueweld_estimate::AUTOCORRELATION_INFLATION
-                    / weight)
-                    .sqrt(),
-            }
+            let variance = (left / count).max(1.0) * AUTOCORRELATION_INFLATION / weight;
+            ConditionBin { x: x / weight, y: asked / weight, error: variance.sqrt() }
         };
         let points = sums.into_iter().filter(|sum| sum[0] > 0.0).map(point);
         points.filter(|p| p.y.is_finite() && p.error.is_finite()).collect()

@@ -288,18 +288,21 @@ impl Cost {
     /// What parts are of the curve's values; `None` where that is no number. The places of a loop are
     /// values of what it remembers.
     fn values(&self, parts: &[Expression], shapes: &[f64]) -> Option<DMatrix<f64>> {
-        let before = usize::from(self.sprung);
-        let value = |row: usize, part: usize| {
-            let eval = |variables: &[f64]| parts[part].eval(variables, shapes);
-            match (row.checked_sub(before), self.turns_over) {
-                // A part that goes with the variable is the spring.
-                (None, _) => eval(&[1.0, 0.0, 0.0]) - eval(&[0.0; 3]),
-                (Some(place), Some(_)) => eval(&[0.0, 0.0, self.places.x[place]]),
-                (Some(place), None) => eval(&self.places.place(place)),
-            }
-        };
-        let values = DMatrix::from_fn(before + self.places.count(), parts.len(), value);
+        let rows = usize::from(self.sprung) + self.places.count();
+        let value = |row: usize, part: usize| self.value(&parts[part], shapes, row);
+        let values = DMatrix::from_fn(rows, parts.len(), value);
         values.iter().all(|v| v.is_finite()).then_some(values)
+    }
+
+    /// What a part is of one of the curve's values.
+    fn value(&self, part: &Expression, shapes: &[f64], row: usize) -> f64 {
+        let eval = |variables: &[f64]| part.eval(variables, shapes);
+        match (row.checked_sub(usize::from(self.sprung)), self.turns_over) {
+            // A part that goes with the variable is the spring.
+            (None, _) => eval(&[1.0, 0.0, 0.0]) - eval(&[0.0; 3]),
+            (Some(place), Some(_)) => eval(&[0.0, 0.0, self.places.x[place]]),
+            (Some(place), None) => eval(&self.places.place(place)),
+        }
     }
 
     /// Values of a shape that are tried.

@@ -5,6 +5,7 @@ use super::context::DiscoveryContext;
 use super::curve::{CurveCandidate, KnotLayout, SCREENED_KNOTS, Smooth, smooth};
 use super::grammar::{self, ValuedFormula};
 use super::hypotheses::{self, Hypothesis};
+use super::variables::LogRows;
 use crate::{evidence, rules};
 use rayon::prelude::*;
 use trueweld_estimate::fit::{self, EffectScope, FreeParameter, ReducedNormal, Slopes};
@@ -114,24 +115,26 @@ fn of_logs(
     all: &[Hypothesis],
 ) -> Vec<CurveCandidate> {
     let rows = context.rows();
-    let of = |hypothesis: &Hypothesis| {
-        let here = |p: &&PortAt| (p.0.name, p.1) == (hypothesis.port.name, hypothesis.at);
-        let constant = ports.iter().find(here)?.2.clone();
-        let of_rows = |text| rows.of(hypothesis.port, hypothesis.at, text);
-        let over = of_rows(hypothesis.over)?;
-        let across = match hypothesis.across {
-            Some(across) => Some(of_rows(across)?),
-            None => None,
-        };
-        let times = rows.of(hypothesis.port, hypothesis.at, hypothesis.times)?;
-        let known: Vec<f64> = times.iter().flatten().copied().filter(|t| t.is_finite()).collect();
-        let size = (known.iter().map(|t| t * t).sum::<f64>() / known.len().max(1) as f64).sqrt();
-        let step = hypothesis.port.small() / size;
-        let hypothesis = *hypothesis;
-        let own = CurveCandidate { hypothesis, over, times, across, constant, step, spring: None };
-        step.is_finite().then_some(own)
+    all.par_iter().filter_map(|hypothesis| of_rows(&rows, ports, *hypothesis)).collect()
+}
+
+/// A hypothesis with its variables by row; `None` where the logs do not carry them, or do not show
+/// its port.
+fn of_rows(rows: &LogRows<'_>, ports: &[PortAt], hypothesis: Hypothesis) -> Option<CurveCandidate> {
+    let here = |p: &&PortAt| (p.0.name, p.1) == (hypothesis.port.name, hypothesis.at);
+    let constant = ports.iter().find(here)?.2.clone();
+    let values = |text| rows.of(hypothesis.port, hypothesis.at, text);
+    let over = values(hypothesis.over)?;
+    let across = match hypothesis.across {
+        Some(across) => Some(values(across)?),
+        None => None,
     };
-    all.par_iter().filter_map(of).collect()
+    let times = values(hypothesis.times)?;
+    let known: Vec<f64> = times.iter().flatten().copied().filter(|t| t.is_finite()).collect();
+    let size = (known.iter().map(|t| t * t).sum::<f64>() / known.len().max(1) as f64).sqrt();
+    let step = hypothesis.port.small() / size;
+    let own = CurveCandidate { hypothesis, over, times, across, constant, step, spring: None };
+    step.is_finite().then_some(own)
 }
 
 /// Every curve, and every loop that may stand in its place.

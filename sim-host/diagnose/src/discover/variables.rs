@@ -32,37 +32,41 @@ impl LogRows<'_> {
         let names: Vec<&str> = port.variables.iter().map(|v| v.name).collect();
         let expression = Expression::parse(text, &names, &[]).ok()?;
         let joint = if let Location::Joint(joint) = at { joint } else { 0 };
-        let of_log = |log: usize| {
-            let rows = self.logs[log].samples.len();
-            let columns: Vec<Option<Vec<f64>>> = names
-                .iter()
-                .enumerate()
-                .map(|(k, name)| {
-                    let used = expression.has_variable(k);
-                    if used { self.variable(log, name, joint) } else { None }
-                })
-                .collect();
-            let mut values = vec![0.0; names.len() + 1];
-            let way = |row: usize| {
-                let series = columns[expression.variable_remembered()?].as_ref()?;
-                Some(series[row] - series[row.saturating_sub(1)])
-            };
-            (0..rows)
-                .map(|row| {
-                    if let (Some(way), Some((law, width))) = (way(row), expression.remembered(&[]))
-                    {
-                        values[names.len()] = law.after(way, width, values[names.len()]);
-                    }
-                    for (k, column) in columns.iter().enumerate() {
-                        let unknown = if expression.has_variable(k) { f64::NAN } else { 0.0 };
-                        values[k] = column.as_ref().map_or(unknown, |c| c[row]);
-                    }
-                    expression.eval(&values, &[])
-                })
-                .collect::<Vec<f64>>()
-        };
+        let of_log = |log: usize| self.values(&expression, &names, joint, log);
         let all: ExpressionValues = (0..self.logs.len()).map(of_log).collect();
         all.iter().flatten().any(|v| v.is_finite()).then_some(all)
+    }
+
+    /// An expression over these variables, those of a joint at this one, at every row of a log.
+    fn values(
+        &self,
+        expression: &Expression,
+        names: &[&str],
+        joint: usize,
+        log: usize,
+    ) -> Vec<f64> {
+        let column = |(k, name): (usize, &&str)| {
+            let used = expression.has_variable(k);
+            if used { self.variable(log, name, joint) } else { None }
+        };
+        let columns: Vec<Option<Vec<f64>>> = names.iter().enumerate().map(column).collect();
+        let way = |row: usize| {
+            let series = columns[expression.variable_remembered()?].as_ref()?;
+            Some(series[row] - series[row.saturating_sub(1)])
+        };
+        let mut variables = vec![0.0; names.len() + 1];
+        let mut values = Vec::with_capacity(self.logs[log].samples.len());
+        for row in 0..self.logs[log].samples.len() {
+            if let (Some(way), Some((law, width))) = (way(row), expression.remembered(&[])) {
+                variables[names.len()] = law.after(way, width, variables[names.len()]);
+            }
+            for (k, column) in columns.iter().enumerate() {
+                let unknown = if expression.has_variable(k) { f64::NAN } else { 0.0 };
+                variables[k] = column.as_ref().map_or(unknown, |c| c[row]);
+            }
+            values.push(expression.eval(&variables, &[]));
+        }
+        values
     }
 
     fn variable(&self, index: usize, name: &str, joint: usize) -> Option<Vec<f64>> {

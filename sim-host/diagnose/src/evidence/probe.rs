@@ -146,14 +146,10 @@ impl Probe {
                 (ctx.found.slopes.get(k)?.clone(), unit(point.parameter(&point.free[k]), value))
             }
             Self::Column { quantity, component, .. } => {
+                let is_own = |c: &Compared| c.quantity == *quantity && c.component == *component;
+                let slope = |c: &Compared| if is_own(c) { -1.0 / c.deviation } else { 0.0 };
                 let of_column = |e: &PreparedLog| {
-                    let has = |c: &&Compared| c.quantity == *quantity && c.component == *component;
-                    e.compared.iter().any(|c| has(&c)).then(|| {
-                        e.compared
-                            .iter()
-                            .map(|c| if has(&c) { -1.0 / c.deviation } else { 0.0 })
-                            .collect()
-                    })
+                    e.compared.iter().any(is_own).then(|| e.compared.iter().map(slope).collect())
                 };
                 (ctx.problem.logs.iter().map(of_column).collect(), 1.0)
             }

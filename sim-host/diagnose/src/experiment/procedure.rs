@@ -69,6 +69,13 @@ pub struct PlanRow {
     pub payload: f64,
 }
 
+impl PlanRow {
+    /// An arm without load at `time`, s, with encoder angles `q`, rad.
+    fn free(time: f64, q: JointVector<f64>) -> Self {
+        Self { time, encoder: q.into(), ..Self::default() }
+    }
+}
+
 /// How a static load acts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Excitation {
@@ -276,12 +283,7 @@ impl Procedure {
                 let shares: &[f64] =
                     if *how == Excitation::Hung { &UP_AND_DOWN } else { &TO_AND_FRO };
                 let rows = shares.iter().enumerate().map(|(k, share)| {
-                    let row = PlanRow {
-                        time: LOAD_TAKES * k as f64,
-                        encoder: (*at).into(),
-                        ..PlanRow::default()
-                    };
-                    loaded(cell, row, *how, *share)
+                    loaded(cell, PlanRow::free(LOAD_TAKES * k as f64, *at), *how, *share)
                 });
                 at_rest(cell, rows.collect())
             }
@@ -290,36 +292,25 @@ impl Procedure {
                 let row = |k: usize| {
                     let mut q = *at;
                     q[*joint] = low + (high - low) * k as f64 / (SCAN_POSTURES - 1) as f64;
-                    PlanRow {
-                        time: LOAD_TAKES * k as f64,
-                        encoder: q.into(),
-                        payload: *mass,
-                        ..PlanRow::default()
-                    }
+                    PlanRow { payload: *mass, ..PlanRow::free(LOAD_TAKES * k as f64, q) }
                 };
                 at_rest(cell, (0..SCAN_POSTURES).map(row).collect())
             }
             Self::Rest { at } => {
-                let row = |minutes: &f64| PlanRow {
-                    time: 60.0 * minutes,
-                    encoder: (*at).into(),
-                    ..PlanRow::default()
-                };
+                let row = |minutes: &f64| PlanRow::free(60.0 * minutes, *at);
                 at_rest(cell, RESTED.iter().map(row).collect())
             }
             Self::Stop { at, joint, rate } => {
                 let angle = |time: f64| {
                     let braked = (time - STOP_BRAKE_ONSET).clamp(0.0, STOP_BRAKE_DURATION);
+                    let lost = 0.5 * braked * braked / STOP_BRAKE_DURATION;
                     let mut q = *at;
-                    q[*joint] += rate
-                        * (time.min(STOP_BRAKE_ONSET) + braked
-                            - 0.5 * braked * braked / STOP_BRAKE_DURATION);
+                    q[*joint] += rate * (time.min(STOP_BRAKE_ONSET) + braked - lost);
                     q
                 };
                 let log =
                     in_motion(cell, LogKind::RingDown, RING_PERIOD, STOP_RECORDING_TIME, angle)?;
-                let row =
-                    |time: f64| PlanRow { time, encoder: angle(time).into(), ..PlanRow::default() };
+                let row = |time: f64| PlanRow::free(time, angle(time));
                 Some((log, vec![row(0.0), row(STOP_BRAKE_ONSET)]))
             }
             Self::Move { at, joint, span, takes } => {
@@ -345,11 +336,7 @@ impl Procedure {
                     posture(from + (to - from) * s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s))
                 };
                 let log = in_motion(cell, LogKind::FreeMotion, FREE_PERIOD, lasts, angle)?;
-                let row = |c: &(f64, f64)| PlanRow {
-                    time: c.0,
-                    encoder: posture(c.1).into(),
-                    ..PlanRow::default()
-                };
+                let row = |c: &(f64, f64)| PlanRow::free(c.0, posture(c.1));
                 Some((log, corners.iter().map(row).collect()))
             }
             Self::Seam { of, changed } => weld(cell, &logs[*of], process, *changed),

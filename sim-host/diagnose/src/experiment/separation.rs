@@ -125,6 +125,15 @@ fn same(a: &Effect, b: &Effect) -> bool {
     (a.kind.id, a.at) == (b.kind.id, b.at)
 }
 
+/// True for the same value of the same effect at two points.
+fn same_value((a, f): (&FitState, &FreeParameter), (b, g): (&FitState, &FreeParameter)) -> bool {
+    let same_effect = match (f.of, g.of) {
+        (EffectScope::Shared(i), EffectScope::Shared(j)) => same(&a.shared[i], &b.shared[j]),
+        (one, other) => one == other,
+    };
+    f.parameter == g.parameter && same_effect
+}
+
 /// Calibrations but those that an explanation consists of.
 fn unclaimed(mut point: FitState, claimed: &[(&'static str, Location)]) -> FitState {
     let free = std::mem::take(&mut point.free);
@@ -205,16 +214,7 @@ impl PlannedTrial {
                 if rival.is_own(free) {
                     return own.next();
                 }
-                let wanted = |f: &&FreeParameter| {
-                    f.parameter == free.parameter
-                        && match (f.of, free.of) {
-                            (EffectScope::Shared(i), EffectScope::Shared(j)) => {
-                                same(&fresh.shared[i], &point.shared[j])
-                            }
-                            (one, other) => one == other,
-                        }
-                };
-                let index = fresh.free.iter().position(|f| wanted(&f));
+                let index = fresh.free.iter().position(|f| same_value((fresh, f), (&point, free)));
                 // What the logs so far have and this one does not show has no slopes here.
                 Some(index.map_or(vec![None], |k| calibrated[k].clone()))
             })
