@@ -159,16 +159,8 @@ impl Requirements {
                 }
             }
         }
-        let is_held = |limit: &Limit| {
-            let most = match limit.figure.key {
-                "correction_m" => authority.lateral.size,
-                "correction_rad" => authority.orientation.size,
-                _ => f64::INFINITY,
-            };
-            within(most, limit.value)
-        };
         let exceedable = |limits: &[Limit]| -> Vec<Limit> {
-            limits.iter().copied().filter(|limit| !is_held(limit)).collect()
+            limits.iter().copied().filter(|limit| !is_held(limit, authority)).collect()
         };
         let implied = |figure: &'static Figure| {
             let is_asked = ASKED_FIGURES.contains(&figure.key);
@@ -197,6 +189,16 @@ impl Requirements {
     pub fn limit(&self, key: &str) -> Option<f64> {
         self.limits.iter().find(|limit| limit.figure.key == key).map(|limit| limit.value)
     }
+}
+
+/// True for a limit that corrections within their authority keep anyway.
+fn is_held(limit: &Limit, authority: &CompensationLimits) -> bool {
+    let most = match limit.figure.key {
+        "correction_m" => authority.lateral.size,
+        "correction_rad" => authority.orientation.size,
+        _ => f64::INFINITY,
+    };
+    within(most, limit.value)
 }
 
 /// A limit of a requirements file that can show nothing of a weld.
@@ -393,16 +395,19 @@ fn not_required(table: &TomlTable<'_>) -> Result<NotRequired, InputError> {
         return Err(table.wrong("fault", &expected, "A certificate names each fault so."));
     }
     let figures = table.texts("figures")?;
-    let key = |text: &Text<'_>| {
-        let of = FAULT_FIGURES.iter().find(|of| of.figure.key == text.text);
-        of.map(|of| of.figure.key).ok_or_else(|| {
-            let keys: Vec<&str> = FAULT_FIGURES.iter().map(|of| of.figure.key).collect();
-            let message = format!("no figure of a fault; expected one of {}", keys.join(", "));
-            table.error_at(text, message, "The page of a certificate lists them under faults.")
-        })
-    };
+    let key = |text: &Text<'_>| fault_figure(table, text);
     let figures = figures.iter().map(key).collect::<Result<_, _>>()?;
     Ok(NotRequired { fault, figures, reason: table.name("reason")? })
+}
+
+/// The key of the figure of a fault that a text names.
+fn fault_figure(table: &TomlTable<'_>, text: &Text<'_>) -> Result<&'static str, InputError> {
+    let keys = || FAULT_FIGURES.iter().map(|of| of.figure.key);
+    keys().find(|key| *key == text.text).ok_or_else(|| {
+        let keys: Vec<&str> = keys().collect();
+        let message = format!("no figure of a fault; expected one of {}", keys.join(", "));
+        table.error_at(text, message, "The page of a certificate lists them under faults.")
+    })
 }
 
 fn uncertainty(table: &TomlTable<'_>) -> Result<Uncertainty, InputError> {

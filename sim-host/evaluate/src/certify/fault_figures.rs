@@ -28,27 +28,30 @@ impl FaultSizes {
     /// Every instrument in every way that it fails. `noise`: standard deviations of the force
     /// sensor's noise, N and N·m.
     pub fn failures(&self, noise: [f64; 2]) -> Vec<(Instrument, Failure)> {
-        let common = |[linear, angular]: [f64; 2], offset: [f64; 2]| {
-            [
-                Failure::Nan,
-                Failure::Stuck,
-                Failure::Saturated { linear, angular },
-                Failure::Dropped,
-                Failure::OutOfOrder,
-                Failure::Offset { linear: offset[0], angular: offset[1] },
-            ]
-        };
         let [linear, angular] = self.force_offset;
         let of_force = [
             Failure::Drift { linear, angular },
             Failure::Gain { relative: self.force_gain },
             Failure::Noise { linear: noise[0], angular: noise[1] },
         ];
-        let force = common(self.force_range, self.force_offset).into_iter().chain(of_force);
+        let force =
+            common_failures(self.force_range, self.force_offset).into_iter().chain(of_force);
         let force = force.map(|failure| (Instrument::ForceSensor, failure));
-        let seam = common(self.seam_range, self.seam_offset).into_iter();
+        let seam = common_failures(self.seam_range, self.seam_offset).into_iter();
         force.chain(seam.map(|failure| (Instrument::SeamSensor, failure))).collect()
     }
+}
+
+/// The ways in which every instrument fails. `range`: its end; `offset`: what it reads too much.
+fn common_failures(range: [f64; 2], offset: [f64; 2]) -> [Failure; 6] {
+    [
+        Failure::Nan,
+        Failure::Stuck,
+        Failure::Saturated { linear: range[0], angular: range[1] },
+        Failure::Dropped,
+        Failure::OutOfOrder,
+        Failure::Offset { linear: offset[0], angular: offset[1] },
+    ]
 }
 
 /// Figures of a fault case: the largest correction of the whole run; while the fault lasts and until

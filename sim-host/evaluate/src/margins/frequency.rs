@@ -57,22 +57,8 @@ impl<'a> SensitivityFunction<'a> {
             let samples: Vec<SMatrix<f64, SETPOINT, SETPOINT>> = (0..responses[0].len())
                 .map(|k| SMatrix::from_fn(|i, j| responses[first + j][k][first + i]))
                 .collect();
-            let at = |hz: &f64| {
-                let turn = Complex::from_polar(1.0, -TAU * hz * period);
-                let mut phase = Complex::new(1.0, 0.0);
-                let (mut real, mut imaginary) = (SMatrix::zeros(), SMatrix::zeros());
-                for sample in &samples {
-                    real += sample * phase.re;
-                    imaginary += sample * phase.im;
-                    phase *= turn;
-                }
-                let after = phase * radius / (1.0 - turn * radius);
-                let last = samples.last().copied().unwrap_or_default();
-                GroupSensitivity::from_fn(|i, j| {
-                    Complex::new(real[(i, j)], imaginary[(i, j)]) + after * last[(i, j)]
-                })
-            };
-            hz.iter().map(at).collect()
+            let turns = hz.iter().map(|hz| Complex::from_polar(1.0, -TAU * hz * period));
+            turns.map(|turn| transformed(&samples, turn, radius)).collect()
         });
         Self { responses, period, radius, hz, groups }
     }
@@ -166,6 +152,27 @@ impl<'a> SensitivityFunction<'a> {
             2.0 / largest.fold(0.0, f64::max)
         })
     }
+}
+
+/// Σ of samples times the powers of `turn`, e^−jωT, from 0 on: after the last sample they go on to
+/// die by the factor `radius`.
+fn transformed(
+    samples: &[SMatrix<f64, SETPOINT, SETPOINT>],
+    turn: Complex<f64>,
+    radius: f64,
+) -> GroupSensitivity {
+    let mut phase = Complex::new(1.0, 0.0);
+    let (mut real, mut imaginary) = (SMatrix::zeros(), SMatrix::zeros());
+    for sample in samples {
+        real += sample * phase.re;
+        imaginary += sample * phase.im;
+        phase *= turn;
+    }
+    let after = phase * radius / (1.0 - turn * radius);
+    let last = samples.last().copied().unwrap_or_default();
+    GroupSensitivity::from_fn(|i, j| {
+        Complex::new(real[(i, j)], imaginary[(i, j)]) + after * last[(i, j)]
+    })
 }
 
 /// The largest gain of a matrix in the diagonal scaling that makes rows and columns alike (Osborne

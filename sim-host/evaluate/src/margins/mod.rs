@@ -108,14 +108,6 @@ pub fn margins(
     friction: FrictionSlope,
 ) -> Result<Margins, RunError> {
     let frozen = frozen(scenario, at, |point| friction.of(scenario.cell, point))?;
-    let unstable = |spectral_radius: f64, held: bool| Margins {
-        of: Condition { at: *at, friction, draw: None },
-        spectral_radius,
-        held,
-        channels: None,
-        disk: [0.0; 2],
-        passivity: frozen.passivity(),
-    };
     let period = scenario.control.period;
     let mut answer = frozen.answer(ANSWER)?;
     let mut spectral_radius = answer.judged(|responses| radius(responses, period));
@@ -125,15 +117,23 @@ pub fn margins(
         spectral_radius = answer.judged(|responses| radius_of_longer(responses, short, period));
     }
     let Answer { rest, responses, .. } = &answer;
+    let mut margins = Margins {
+        of: Condition { at: *at, friction, draw: None },
+        spectral_radius,
+        held: false,
+        channels: None,
+        disk: [0.0; 2],
+        passivity: frozen.passivity(),
+    };
     if spectral_radius >= 1.0 || swings(rest) {
-        return Ok(unstable(spectral_radius.max(1.0), !rest.away && rest.held));
+        margins.spectral_radius = spectral_radius.max(1.0);
+        margins.held = !rest.away && rest.held;
+    } else {
+        let sensitivity = SensitivityFunction::of(responses, spectral_radius, period);
+        margins.channels = Some(std::array::from_fn(|c| sensitivity.margin(c)));
+        margins.disk = sensitivity.disks();
     }
-    let sensitivity = SensitivityFunction::of(responses, spectral_radius, period);
-    Ok(Margins {
-        channels: Some(std::array::from_fn(|c| sensitivity.margin(c))),
-        disk: sensitivity.disks(),
-        ..unstable(spectral_radius, false)
-    })
+    Ok(margins)
 }
 
 /// A run in time of the cell as it is, along its seam from an operating point on, with a kick:

@@ -154,15 +154,16 @@ impl PlacementRange {
     /// All placements of its grid, the last number running fastest.
     pub fn placements(&self) -> Vec<Placement> {
         let values = self.0.map(|range| range.values());
-        let of = |mut index: usize| {
+        let mut placements = Vec::with_capacity(self.count());
+        for mut index in 0..self.count() {
             let mut numbers = [0.0; 6];
             for k in (0..6).rev() {
                 numbers[k] = values[k][index % values[k].len()];
                 index /= values[k].len();
             }
-            Self::placement(numbers)
-        };
-        (0..self.count()).map(of).collect()
+            placements.push(Self::placement(numbers));
+        }
+        placements
     }
 }
 
@@ -419,8 +420,7 @@ pub struct Confirmation {
     pub margins: Result<Vec<Margins>, RunError>,
 }
 
-/// Runs a part where it is put, with every law. `scenario`: everything but cell, weld and law;
-/// `still`: the process without its ripple.
+/// Runs a part where it is put, with every law. `scenario`: everything but cell, weld and law.
 pub fn confirm(
     task: &LayoutTask<'_>,
     scenario: &Scenario<'_>,
@@ -429,38 +429,19 @@ pub fn confirm(
     laws: &[Entry],
     progress: impl Fn() + Sync,
 ) -> Confirmation {
-    let at = &placed.placement;
     let jobs: Vec<(usize, &Entry)> = (0..placed.branches.len())
         .flat_map(|seam| laws.iter().map(move |law| (seam, law)))
         .collect();
     let weld = |(seam, law): &(usize, &Entry)| {
-        let outcome = held(task, arm, placed, *seam, at).and_then(|held| {
-            let cell = held.cell(arm, scenario.planned)?;
-            let passes = if law.needs().passes { 2 } else { 1 };
-            let scenario = held.scenario(scenario, &cell, law);
-            let recording = run_passes(&scenario, passes, |_| {})?;
-            let figures = WeldFigures::of(&recording).ok_or(NoFigures::NotSteady)?;
-            Ok((figures, recording))
-        });
+        let held = held(task, arm, placed, *seam).map_err(NoFigures::from);
+        let outcome = held.and_then(|held| held.weld(arm, scenario, law));
         progress();
         ConfirmedWeld { seam: *seam, law: law.name().to_owned(), outcome }
     };
     let welds = jobs.par_iter().map(weld).collect();
-    let still = Process { ripple: Vec::new(), ..scenario.planned.clone() };
     let of_seam = |seam: usize| -> Result<Vec<Margins>, RunError> {
         let Some(law) = laws.last() else { return Ok(Vec::new()) };
-        let held = held(task, arm, placed, seam, at).map_err(|error| match error {
-            NoFigures::Run(error) => error,
-            NoFigures::NotSteady => RunError::Cell,
-        })?;
-        let cell = held.cell(arm, &still)?;
-        let scenario = held.scenario(scenario, &cell, law);
-        let length = Seam::of(&held.weld).length;
-        let points =
-            [0.0, 0.5, 1.0].map(|share| OperatingPoint::steady(&held.weld, share * length));
-        let each: Result<Vec<_>, RunError> =
-            points.par_iter().map(|at| sector_margins(&scenario, at)).collect();
-        Ok(each?.concat())
+        held(task, arm, placed, seam)?.margins(arm, scenario, law)
     };
     let margins: Result<Vec<_>, RunError> = (0..placed.branches.len()).map(of_seam).collect();
     progress();
@@ -480,8 +461,8 @@ fn held(
     arm: &RealArm<'_>,
     placed: &PlacedPart,
     seam: usize,
-    at: &Placement,
-) -> Result<HeldWeld, NoFigures> {
+) -> Result<HeldWeld, RunError> {
+    let at = &placed.placement;
     let reach = || RunError::Reach { path: 0.0, reason: "no posture welds there" };
     let way = task.way(at, seam, placed.branches[seam], SEAM_PLACES[1]).ok_or_else(reach)?;
     let weld = task.part.welds_at(at).into_iter().nth(seam).ok_or_else(reach)?;
@@ -492,6 +473,38 @@ fn held(
 }
 
 impl HeldWeld {
+    /// The weld's figures and its recording with a law.
+    fn weld(
+        &self,
+        arm: &RealArm<'_>,
+        scenario: &Scenario<'_>,
+        law: &Entry,
+    ) -> Result<(WeldFigures, Recording), NoFigures> {
+        let cell = self.cell(arm, scenario.planned)?;
+        let passes = if law.needs().passes { 2 } else { 1 };
+        let recording = run_passes(&self.scenario(scenario, &cell, law), passes, |_| {})?;
+        let figures = WeldFigures::of(&recording).ok_or(NoFigures::NotSteady)?;
+        Ok((figures, recording))
+    }
+
+    /// Margins of the loop with a law at both ends and in the middle, without the process' ripple.
+    fn margins(
+        &self,
+        arm: &RealArm<'_>,
+        scenario: &Scenario<'_>,
+        law: &Entry,
+    ) -> Result<Vec<Margins>, RunError> {
+        let still = Process { ripple: Vec::new(), ..scenario.planned.clone() };
+        let cell = self.cell(arm, &still)?;
+        let scenario = self.scenario(scenario, &cell, law);
+        let length = Seam::of(&self.weld).length;
+        let points =
+            [0.0, 0.5, 1.0].map(|share| OperatingPoint::steady(&self.weld, share * length));
+        let each: Result<Vec<_>, RunError> =
+            points.par_iter().map(|at| sector_margins(&scenario, at)).collect();
+        Ok(each?.concat())
+    }
+
     fn cell(&self, arm: &RealArm<'_>, process: &Process) -> Result<Cell, RunError> {
         Cell::new(&self.robots[0], arm.effects, process, Seam::real(&self.weld))
             .map_err(|_| RunError::Cell)

@@ -201,21 +201,22 @@ impl SensitivityStudy<'_> {
     /// The cell of a run of the design.
     fn cell(&self, index: u64, inputs: &[Input]) -> SampledCell {
         let point = DesignPoint::of(index, inputs.len());
-        let uncertain = self.cell.uncertain;
-        let sample = |second: bool| -> Vec<f64> {
-            let mut random = Random::new(self.seed, 2 * point.row + u64::from(second));
-            let even = 3.0_f64.sqrt();
-            let coordinate = |k: usize| match k {
-                k if k < SHORT => random.between(-even, even),
-                _ => random.normal(),
-            };
-            (0..SHORT + uncertain.latents()).map(coordinate).collect()
-        };
-        let (mut at, other) = (sample(false), sample(true));
+        let (mut at, other) = (self.sample(2 * point.row), self.sample(2 * point.row + 1));
         for (_, input) in inputs.iter().enumerate().filter(|(i, _)| point.of_second(*i)) {
             input.coordinates.iter().for_each(|k| at[*k] = other[*k]);
         }
-        cell_of(uncertain, &at, self.scenario.seed)
+        cell_of(self.cell.uncertain, &at, self.scenario.seed)
+    }
+
+    /// Coordinates of a cell, drawn from a stream of the seed.
+    fn sample(&self, stream: u64) -> Vec<f64> {
+        let mut random = Random::new(self.seed, stream);
+        let even = 3.0_f64.sqrt();
+        let coordinate = |k: usize| match k {
+            k if k < SHORT => random.between(-even, even),
+            _ => random.normal(),
+        };
+        (0..SHORT + self.cell.uncertain.latents()).map(coordinate).collect()
     }
 
     /// How many runs the design has.
@@ -282,17 +283,14 @@ impl SensitivityStudy<'_> {
         let uncertain = self.cell.uncertain;
         let inputs = Input::numbers(uncertain);
         let middle = vec![0.0; SHORT + uncertain.latents()];
-        let of_input = |input: &Input| {
-            let steps = DIFFERENCE_STEPS.iter().flat_map(|step| [*step, -*step]);
-            let cell = |step: f64| {
+        let mut cells = vec![middle.clone()];
+        for input in &inputs {
+            for step in DIFFERENCE_STEPS.iter().flat_map(|step| [*step, -*step]) {
                 let mut at = middle.clone();
                 input.coordinates.iter().for_each(|k| at[*k] = step);
-                at
-            };
-            steps.map(cell).collect::<Vec<_>>()
-        };
-        let cells: Vec<Vec<f64>> =
-            std::iter::once(middle.clone()).chain(inputs.iter().flat_map(of_input)).collect();
+                cells.push(at);
+            }
+        }
         let done = AtomicUsize::new(0);
         let runs: Vec<StudyRun> = cells
             .par_iter()

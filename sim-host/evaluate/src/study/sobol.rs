@@ -82,17 +82,20 @@ pub fn indices(rows: &[Vec<f64>], seed: u64) -> Option<([f64; 2], Vec<SobolIndex
         .map(|_| rows.iter().map(|_| random.whole(0, rows.len() - 1)).collect())
         .collect();
     let index = |i: usize| {
-        let [first, total] = estimates(rows, &all, i);
-        let mut again: Vec<[f64; 2]> =
-            resamples.iter().map(|picked| estimates(rows, picked, i)).collect();
-        let mut interval = |value: f64, k: usize| {
-            again.sort_by(|a, b| a[k].total_cmp(&b[k]));
-            let [low, high] = ENDS.map(|p| again[(p * (RESAMPLES - 1) as f64).round() as usize][k]);
-            WithInterval { value, low, high }
-        };
-        SobolIndex { first: interval(first, 0), total: interval(total, 1) }
+        let of = |picked: &Vec<usize>| estimates(rows, picked, i);
+        with_intervals(of(&all), resamples.iter().map(of).collect())
     };
     Some(([mean, deviation], (0..inputs).map(index).collect()))
+}
+
+/// An index from its first-order and total estimates, with intervals by those over resampled rows.
+fn with_intervals([first, total]: [f64; 2], mut again: Vec<[f64; 2]>) -> SobolIndex {
+    let mut interval = |value: f64, k: usize| {
+        again.sort_by(|a, b| a[k].total_cmp(&b[k]));
+        let [low, high] = ENDS.map(|p| again[(p * (RESAMPLES - 1) as f64).round() as usize][k]);
+        WithInterval { value, low, high }
+    };
+    SobolIndex { first: interval(first, 0), total: interval(total, 1) }
 }
 
 /// Mean and standard deviation over A and B of picked rows.
@@ -128,16 +131,16 @@ mod tests {
             let mut random = Random::new(7, stream);
             (0..inputs).map(|_| random.between(-PI, PI)).collect()
         };
-        let row = |k: u64| {
-            let [a, b] = [sample(2 * k), sample(2 * k + 1)];
+        let mut design = Vec::new();
+        for [a, b] in (0..rows).map(|k| [sample(2 * k), sample(2 * k + 1)]) {
             let run = |index: u64| {
                 let point = DesignPoint::of(index, inputs);
                 let of = |i: usize| if point.of_second(i) { b[i] } else { a[i] };
                 f(&(0..inputs).map(of).collect::<Vec<_>>())
             };
-            (0..inputs as u64 + 2).map(run).collect()
-        };
-        (0..rows).map(row).collect()
+            design.push((0..inputs as u64 + 2).map(run).collect());
+        }
+        design
     }
 
     #[test]

@@ -22,6 +22,7 @@ use crate::arm::{ArmAt, PlacedSeam};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 use trueweld_compensators::FollowingGains;
+use trueweld_core::JointVector;
 use trueweld_core::compensation::LoopLimits;
 use trueweld_core::control::{ExternalGains, ForceGains, JointGains, SpindleFilter};
 use trueweld_core::filter::Filter;
@@ -85,16 +86,9 @@ pub(super) fn closed_form(
     let start = &arm[0];
     let slowest = arm.iter().map(|at| at.mode).fold(f64::INFINITY, f64::min);
     let w = (OF_MODE * slowest).min(IN_A_PERIOD / period);
-    let rotor = scenario.controller_model.rotor_inertia();
-    let position = |w: f64, integral: f64| {
-        let most = rotor * (0.8 / period);
-        let kp = start.inertia * (w * w);
-        JointGains {
-            kp,
-            ki: kp * integral,
-            kd: (start.inertia * (2.0 * POSITION_LOOP_DAMPING_RATIO * w)).zip_map(&most, f64::min),
-        }
-    };
+    let most_damping = scenario.controller_model.rotor_inertia() * (0.8 / period);
+    let position =
+        |w: f64, integral: f64| position_gains(&start.inertia, w, integral, &most_damping);
     let rise = 3.0 / asked.settle;
     let delay = (force_delay(scenario, w) / period).ceil();
     let bound = 2.0 * (PI / (2.0 * (2.0 * delay + 1.0))).sin();
@@ -149,6 +143,19 @@ pub(super) fn closed_form(
         },
         laws: BTreeMap::new(),
     }
+}
+
+/// Gains of a position loop of joints with these inertias, kg·m², at `w`, rad/s. `integral`: of kp,
+/// 1/s; `most_damping`: that the sampled loop bears, N·m·s/rad.
+fn position_gains(
+    inertia: &JointVector<f64>,
+    w: f64,
+    integral: f64,
+    most_damping: &JointVector<f64>,
+) -> JointGains<f64> {
+    let kp = inertia * (w * w);
+    let kd = inertia * (2.0 * POSITION_LOOP_DAMPING_RATIO * w);
+    JointGains { kp, ki: kp * integral, kd: kd.zip_map(most_damping, f64::min) }
 }
 
 /// The pace w of a position loop, rad/s: the least of its joints.

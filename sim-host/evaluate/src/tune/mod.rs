@@ -220,20 +220,7 @@ fn paced_laws(
     }
     let spindle = judge.scenario.planned.spindle.abs() / std::f64::consts::TAU;
     let paced = laws.par_iter().filter(|law| !law.pace().is_empty()).map(|law| {
-        let own = law.gains(&control.laws);
-        let with = |share: f64| {
-            let mut gains = own.clone();
-            for key in law.pace() {
-                let Some(value) = own.get(*key).and_then(toml::Value::as_float) else { continue };
-                // A filter stands below the spindle's line.
-                let below = if key.ends_with("_hz") { 0.5 * spindle } else { f64::INFINITY };
-                gains.insert((*key).to_owned(), (share * value.min(below)).into());
-            }
-            let mut next = control.clone();
-            next.laws.insert(law.name().to_owned(), gains);
-            next
-        };
-        Ok((law.name(), judge.pace(law, with)?))
+        Ok((law.name(), judge.pace(law, |share| paced(&control, law, spindle, share))?))
     });
     for (name, found) in paced.collect::<Result<Vec<_>, TuneError>>()? {
         if let Some(gains) = found.laws.get(name) {
@@ -241,6 +228,22 @@ fn paced_laws(
         }
     }
     Ok(control)
+}
+
+/// The gains with those that set the pace of a law at a share of their values. `spindle`: its
+/// speed, Hz.
+fn paced(control: &Control, law: &Entry, spindle: f64, share: f64) -> Control {
+    let own = law.gains(&control.laws);
+    let mut gains = own.clone();
+    for key in law.pace() {
+        let Some(value) = own.get(*key).and_then(toml::Value::as_float) else { continue };
+        // A filter stands below the spindle's line.
+        let below = if key.ends_with("_hz") { 0.5 * spindle } else { f64::INFINITY };
+        gains.insert((*key).to_owned(), (share * value.min(below)).into());
+    }
+    let mut next = control.clone();
+    next.laws.insert(law.name().to_owned(), gains);
+    next
 }
 
 /// The weld, after one pass where the law learns from pass to pass.

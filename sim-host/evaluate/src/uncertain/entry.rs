@@ -128,17 +128,6 @@ impl UncertainEntry {
     fn subject(
         table: &TomlTable<'_>,
     ) -> Result<(Subject, &'static [&'static str], &'static str), InputError> {
-        let among = |under: &'static str, keys: Vec<&'static str>| {
-            let text = table.text(under)?.text;
-            keys.iter().position(|key| *key == text).map(|k| (k, keys[k])).ok_or_else(|| {
-                let guess = did_you_mean(text, keys.iter().copied());
-                table.wrong(
-                    under,
-                    &format!("one of {}{guess}", keys.join(", ")),
-                    "It is the key of a number in such a file.",
-                )
-            })
-        };
         if table.has("effect") {
             let ids = || library().map(|kind| kind.id);
             let id = table.text("effect")?.text;
@@ -147,21 +136,35 @@ impl UncertainEntry {
                 let expected = format!("an effect of the library{guess}");
                 table.wrong("effect", &expected, "docs/effects.md lists them.")
             })?;
-            let names = kind.parameters.iter().map(|p| p.name).collect();
-            let (parameter, name) = among("parameter", names)?;
+            let names: Vec<&str> = kind.parameters.iter().map(|p| p.name).collect();
+            let (parameter, name) = among(table, "parameter", &names)?;
             return Ok((Subject::Effect(kind, parameter), &["effect", "at", "parameter"], name));
         }
         if table.has("process") {
-            let (k, key) = among("process", Process::NUMBERS.map(|(key, _)| key).to_vec())?;
+            let (k, key) = among(table, "process", &Process::NUMBERS.map(|(key, _)| key))?;
             return Ok((Subject::Process(k), &["process"], key));
         }
         if table.has("sensor") {
-            let (k, key) = among("sensor", Sensors::NUMBERS.map(|(key, _)| key).to_vec())?;
+            let (k, key) = among(table, "sensor", &Sensors::NUMBERS.map(|(key, _)| key))?;
             return Ok((Subject::Sensor(k), &["sensor"], key));
         }
-        let (k, key) = among("seam", SEAM_KEYS.to_vec())?;
+        let (k, key) = among(table, "seam", &SEAM_KEYS)?;
         Ok((Subject::Seam(k), &["seam"], key))
     }
+}
+
+/// The one of `keys` that stands under a key of the table, and its place among them.
+fn among(
+    table: &TomlTable<'_>,
+    under: &'static str,
+    keys: &[&'static str],
+) -> Result<(usize, &'static str), InputError> {
+    let text = table.text(under)?.text;
+    keys.iter().position(|key| *key == text).map(|k| (k, keys[k])).ok_or_else(|| {
+        let guess = did_you_mean(text, keys.iter().copied());
+        let expected = format!("one of {}{guess}", keys.join(", "));
+        table.wrong(under, &expected, "It is the key of a number in such a file.")
+    })
 }
 
 /// The row of a key of a file, by its table and key or by its key alone.

@@ -195,44 +195,40 @@ impl UncertainCell {
             Action::Process(change) => renamed(process, change, number.kind, number.parameter),
             _ => Vec::new(),
         };
-        let same = |n: &UncertainNumber| match n.subject {
-            _ if n.measured.is_some() => false,
-            Subject::Effect(kind, parameter) => {
-                std::ptr::eq(kind, number.kind)
-                    && (n.at, parameter) == (number.at, number.parameter)
-            }
-            Subject::Process(k) => changed.contains(&k),
-            Subject::Sensor(_) | Subject::Seam(_) => false,
-        };
-        let replaced = self.numbers.extract_if(.., |n| same(n)).map(|n| ReplacedAssumption {
+        let same = |n: &mut UncertainNumber| n.is_replaced(number, &changed);
+        let replaced = self.numbers.extract_if(.., same).map(|n| ReplacedAssumption {
             number: n.name,
             relative: n.relative,
             distribution: n.distribution,
             source: n.source,
         });
         self.replaced.extend(replaced.collect::<Vec<_>>());
-        let mut short = |number: String, half: f64| {
-            if half > 0.0 {
-                self.replaced.push(ReplacedAssumption {
-                    number,
-                    relative: true,
-                    distribution: Distribution::Uniform { low: -half, high: half },
-                    source: SHORT_SOURCE.to_owned(),
-                });
-            }
-        };
         if let Location::Joint(joint) = number.at
             && std::ptr::eq(number.kind, stiffness_error::effect(joint, 0.0).kind)
             && !self.measured_stiffness[joint]
         {
-            short(format!("stiffness of {}", robot.joint_names[joint]), self.short.stiffness);
+            let name = format!("stiffness of {}", robot.joint_names[joint]);
+            self.replace_short(name, self.short.stiffness);
             self.measured_stiffness[joint] = true;
         }
         for k in changed {
             if SHORT_PROCESS.contains(&k) && !self.measured_process.contains(&k) {
-                short(format!("process {}", Process::NUMBERS[k].0), self.short.process);
+                let name = format!("process {}", Process::NUMBERS[k].0);
+                self.replace_short(name, self.short.process);
             }
             self.measured_process.push(k);
+        }
+    }
+
+    /// Notes that a number of the short form, drawn evenly by up to a share `half`, was measured.
+    fn replace_short(&mut self, number: String, half: f64) {
+        if half > 0.0 {
+            self.replaced.push(ReplacedAssumption {
+                number,
+                relative: true,
+                distribution: Distribution::Uniform { low: -half, high: half },
+                source: SHORT_SOURCE.to_owned(),
+            });
         }
     }
 
@@ -377,27 +373,15 @@ impl UncertainCell {
     ) -> Vec<Effect> {
         let mut effects: Vec<Effect> = own.to_vec();
         let drawn = || self.numbers.iter().zip(values);
-        let place = |effects: &mut Vec<Effect>,
-                     from: usize,
-                     number: &UncertainNumber,
-                     kind: &'static EffectKind| {
-            let same = |e: &(usize, &Effect)| std::ptr::eq(e.1.kind, kind) && e.1.at == number.at;
-            let mut all = effects.iter().enumerate().skip(from).filter(same);
-            let found = all.nth(number.measured.unwrap_or(0)).map(|(k, _)| k);
-            found.unwrap_or_else(|| {
-                effects.push(kind.neutral(number.at));
-                effects.len() - 1
-            })
-        };
         for (number, value) in drawn().filter(|(number, _)| number.measured.is_some()) {
             let Subject::Effect(kind, parameter) = number.subject else { continue };
-            let k = place(&mut effects, 0, number, kind);
+            let k = index_of(&mut effects, 0, number, kind);
             effects[k].values[parameter] = *value;
         }
         let beside = effects.len();
         for (number, value) in drawn().filter(|(number, _)| number.measured.is_none()) {
             let Subject::Effect(kind, parameter) = number.subject else { continue };
-            let k = place(&mut effects, beside, number, kind);
+            let k = index_of(&mut effects, beside, number, kind);
             let own = kind.own(parameter, number.at, robot.parameters());
             let own = own.filter(|_| number.relative).unwrap_or(1.0);
             effects[k].values[parameter] = value * own;
@@ -452,6 +436,19 @@ impl UncertainCell {
         &self.left_out
     }
 
+    /// True for a number of the process that is drawn or was measured.
+    fn draws_process(&self, k: usize) -> bool {
+        let of_short = match k {
+            _ if SHORT_PROCESS.contains(&k) => self.short.process > 0.0,
+            11 | 12 => self.short.ripple > 0.0,
+            13 => true,
+            _ => false,
+        };
+        of_short
+            || self.measured_process.contains(&k)
+            || self.numbers.iter().any(|n| matches!(n.subject, Subject::Process(i) if i == k))
+    }
+
     fn not_drawn(
         &self,
         robot: &RobotFile,
@@ -459,17 +456,6 @@ impl UncertainCell {
         sensors: &mut Sensors,
     ) -> Vec<String> {
         let short = &self.short;
-        let draws_process = |k: usize| {
-            let of_short = match k {
-                _ if SHORT_PROCESS.contains(&k) => short.process > 0.0,
-                11 | 12 => short.ripple > 0.0,
-                13 => true,
-                _ => false,
-            };
-            of_short
-                || self.measured_process.contains(&k)
-                || self.numbers.iter().any(|n| matches!(n.subject, Subject::Process(i) if i == k))
-        };
         let mut left = Vec::new();
         for kind in library() {
             if let Action::Process(change) = kind.action {
@@ -478,7 +464,7 @@ impl UncertainCell {
                 for parameter in 0..kind.parameters.len() {
                     renamed.extend(self::renamed(process, change, kind, parameter));
                 }
-                if !renamed.is_empty() && renamed.into_iter().all(draws_process) {
+                if !renamed.is_empty() && renamed.into_iter().all(|k| self.draws_process(k)) {
                     continue;
                 }
             }
@@ -521,7 +507,7 @@ impl UncertainCell {
                 left.push(what);
             }
         }
-        let keys = Process::NUMBERS.iter().enumerate().filter(|(k, _)| !draws_process(*k));
+        let keys = Process::NUMBERS.iter().enumerate().filter(|(k, _)| !self.draws_process(*k));
         left.extend(
             keys.filter(|(_, (_, of))| !of(process).is_empty())
                 .map(|(_, (key, _))| format!("process {key}")),
@@ -603,10 +589,39 @@ fn is_seen(kind: &'static EffectKind, at: Location) -> bool {
     matches!(channel, Channel::Wrench | Channel::MotorTorque)
 }
 
+/// Index of the effect that a number is of, among those from `from` on; added where it is missing.
+fn index_of(
+    effects: &mut Vec<Effect>,
+    from: usize,
+    number: &UncertainNumber,
+    kind: &'static EffectKind,
+) -> usize {
+    let same = |e: &(usize, &Effect)| std::ptr::eq(e.1.kind, kind) && e.1.at == number.at;
+    let mut all = effects.iter().enumerate().skip(from).filter(same);
+    let found = all.nth(number.measured.unwrap_or(0)).map(|(k, _)| k);
+    found.unwrap_or_else(|| {
+        effects.push(kind.neutral(number.at));
+        effects.len() - 1
+    })
+}
+
 impl UncertainNumber {
     /// True for a number that was measured, jointly with all others that were.
     pub fn is_measured(&self) -> bool {
         self.measured.is_some()
+    }
+
+    /// True for one that was assumed, in place of which a number was measured. `changed`: the
+    /// numbers of the process that this one changes.
+    fn is_replaced(&self, by: &MeasuredNumber, changed: &[usize]) -> bool {
+        match self.subject {
+            _ if self.is_measured() => false,
+            Subject::Effect(kind, parameter) => {
+                std::ptr::eq(kind, by.kind) && (self.at, parameter) == (by.at, by.parameter)
+            }
+            Subject::Process(k) => changed.contains(&k),
+            Subject::Sensor(_) | Subject::Seam(_) => false,
+        }
     }
 
     fn change(&self, numbers: Vec<&mut f64>, value: f64) {
