@@ -77,37 +77,7 @@ impl Laboratory {
     /// errs: by turns there are welds alone, the tracker was moved before a log, and a link is
     /// mounted off, both by several times what is expected.
     pub fn flawless(&self, seed: u64, count: usize, protocol: &Protocol) -> Vec<CorpusCase> {
-        let case = |index: usize| {
-            let seed = seed.wrapping_mul(1_000_003).wrapping_add(index as u64);
-            let mut random = Random::new(seed, CASE_STREAM);
-            let mut recipe = nuisance(seed, protocol, &mut random);
-            let off = |random: &mut Random, shift: f64, turn: f64| {
-                let (shift, turn) = (random.direction() * shift, random.direction() * turn);
-                [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
-            };
-            let what = match index % 3 {
-                0 => {
-                    let welds = random.whole(2, 4);
-                    let alone =
-                        Protocol { postures: 0, rings: 0, free: 0.0, welds, ..protocol.clone() };
-                    recipe.protocol = alone;
-                    "welds-alone"
-                }
-                1 => {
-                    recipe.registration_per_log = 1e-4;
-                    recipe.tracker_moved = Some((1, off(&mut random, 8e-4, 4e-4)));
-                    "tracker-moved"
-                }
-                _ => {
-                    let joint = random.whole(0, JOINTS - 1);
-                    recipe.mounted_off = Some((joint, off(&mut random, 9e-4, 8e-4)));
-                    "mounted-off"
-                }
-            };
-            let name = format!("{index:03}-none-{what}");
-            CorpusCase { name, seed, hidden: Hidden::None, target: TARGETS[0], recipe }
-        };
-        (0..count).map(case).collect()
+        (0..count).map(|index| flawless_case(case_seed(seed, index), index, protocol)).collect()
     }
 
     /// The first `count` cases of the corpus with this seed; a larger `count` leaves the first ones
@@ -116,9 +86,9 @@ impl Laboratory {
         let mut deck = Random::new(seed, CASE_STREAM);
         let kinds: Vec<&EffectKind> = library().filter(|kind| kind.drawn.is_some()).collect();
         let (mut effects, mut foreign) = (Vec::new(), Vec::new());
-        let mut case = |index: usize| {
-            // Neighbouring seeds have no stream in common.
-            let seed = seed.wrapping_mul(1_000_003).wrapping_add(index as u64);
+        let mut cases = Vec::with_capacity(count);
+        for index in 0..count {
+            let seed = case_seed(seed, index);
             let mut next = || {
                 let id = deal(&mut effects, &kinds, &mut deck).id;
                 (self.draw(id, 1.0, protocol, seed).expect("drawn, as all of these"), id)
@@ -142,10 +112,46 @@ impl Laboratory {
             let mut random = Random::new(seed, CASE_STREAM);
             let target = TARGETS[random.whole(0, TARGETS.len() - 1)];
             let recipe = nuisance(seed, protocol, &mut random);
-            CorpusCase { name: format!("{index:03}-{what}"), seed, hidden, target, recipe }
-        };
-        (0..count).map(&mut case).collect()
+            let name = format!("{index:03}-{what}");
+            cases.push(CorpusCase { name, seed, hidden, target, recipe });
+        }
+        cases
     }
+}
+
+/// The seed of a case: neighbouring seeds have no stream in common.
+fn case_seed(seed: u64, index: usize) -> u64 {
+    seed.wrapping_mul(1_000_003).wrapping_add(index as u64)
+}
+
+/// One case of [`Laboratory::flawless`], from its own seed.
+fn flawless_case(seed: u64, index: usize, protocol: &Protocol) -> CorpusCase {
+    let mut random = Random::new(seed, CASE_STREAM);
+    let mut recipe = nuisance(seed, protocol, &mut random);
+    let off = |random: &mut Random, shift: f64, turn: f64| {
+        let (shift, turn) = (random.direction() * shift, random.direction() * turn);
+        [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
+    };
+    let what = match index % 3 {
+        0 => {
+            let welds = random.whole(2, 4);
+            recipe.protocol =
+                Protocol { postures: 0, rings: 0, free: 0.0, welds, ..protocol.clone() };
+            "welds-alone"
+        }
+        1 => {
+            recipe.registration_per_log = 1e-4;
+            recipe.tracker_moved = Some((1, off(&mut random, 8e-4, 4e-4)));
+            "tracker-moved"
+        }
+        _ => {
+            let joint = random.whole(0, JOINTS - 1);
+            recipe.mounted_off = Some((joint, off(&mut random, 9e-4, 8e-4)));
+            "mounted-off"
+        }
+    };
+    let name = format!("{index:03}-none-{what}");
+    CorpusCase { name, seed, hidden: Hidden::None, target: TARGETS[0], recipe }
 }
 
 /// Draws one of `all` without replacement; `pack` holds those left, and is refilled when empty.

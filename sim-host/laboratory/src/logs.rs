@@ -225,22 +225,24 @@ pub(crate) fn write_weld(
     spindle: f64,
     (folder, text): (&path::Path, &str),
 ) -> std::io::Result<()> {
-    let instant = |row: &RecordRow| {
-        let force = row.real.rotation.tr_mul(&(row.axes * row.force_w));
-        Instant {
-            motor: row.motor,
-            link: row.link,
-            torque: row.torque,
-            pose: row.real,
-            wrench: Wrench { moment: Vector3::zeros(), force },
-        }
-    };
     let instants: Vec<_> = recording.rows.iter().map(instant).collect();
     let length = instants.len().saturating_sub(1) as f64 * recording.period;
     let track = TruthTrack { start: 0.0, step: recording.period, instants };
     fill(&mut table, SimulatedLogKind::Weld, cell, &track, (length, &[spindle]));
     table.write(folder, "weld = \"weld.toml\"\nprocess = \"../process.toml\"\n")?;
     write_atomically(folder.join("weld.toml"), text.as_bytes())
+}
+
+/// What the arm does at a row of a weld's recording.
+fn instant(row: &RecordRow) -> Instant {
+    let force = row.real.rotation.tr_mul(&(row.axes * row.force_w));
+    Instant {
+        motor: row.motor,
+        link: row.link,
+        torque: row.torque,
+        pose: row.real,
+        wrench: Wrench { moment: Vector3::zeros(), force },
+    }
 }
 
 impl LogWriter<'_> {

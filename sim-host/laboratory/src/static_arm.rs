@@ -69,61 +69,78 @@ const HOLDING_STIFFNESS_SHARE: f64 = 1e-6;
 /// cross a gap.
 const ARRIVES: f64 = 0.002;
 
-/// Link angles that balance motors turning evenly (or at rest) and a torque `pushed` on the links,
-/// coming from `near`. `carried` gives τ_s with what the link ports add, `wrench` the load.
-fn balanced(
-    cell: &Cell,
-    motor: &Motor,
-    near: &JointVector<f64>,
-    pushed: &JointVector<f64>,
+/// Links between motors that turn evenly, or are at rest, and a load.
+struct LinkBalance<'a, C, W> {
+    cell: &'a Cell,
+    motor: &'a Motor,
+    /// Where the links come from, rad.
+    near: &'a JointVector<f64>,
+    /// A torque that presses on the links, N·m.
+    pushed: &'a JointVector<f64>,
+    /// Time in the log, s.
     time: f64,
-    carried: impl Fn(&Drives) -> JointVector<f64>,
-    wrench: impl Fn(&Frames<f64>) -> Wrench<f64>,
-) -> Result<JointVector<f64>, Unsettled> {
-    const SLOPE_STEP_OF_BALANCE: f64 = 1e-8;
-    let robot = &cell.robot;
-    // In units in which every spring is 1.
-    let unit = robot.model.stiffness().map(f64::sqrt);
-    let left = |scaled: &JointVector<f64>| {
-        let link = scaled.component_div(&unit) + motor.angle;
+    /// τ_s with what the link ports add, N·m.
+    carried: C,
+    /// The load at the TCP in axes of B.
+    wrench: W,
+}
+
+impl<C, W> LinkBalance<'_, C, W>
+where
+    C: Fn(&Drives) -> JointVector<f64>,
+    W: Fn(&Frames<f64>) -> Wrench<f64>,
+{
+    /// Link angles at which all is in balance, rad.
+    fn solve(&self) -> Result<JointVector<f64>, Unsettled> {
+        const SLOPE_STEP_OF_BALANCE: f64 = 1e-8;
+        // In units in which every spring is 1.
+        let unit = self.cell.robot.model.stiffness().map(f64::sqrt);
+        let mut at = (self.near - self.motor.angle).component_mul(&unit);
+        let mut rest = self.left(&unit, &at);
+        let mut damping = 1e-8;
+        for _ in 0..2000 {
+            let slope = Matrix6::from_columns(&std::array::from_fn::<_, JOINTS, _>(|i| {
+                let mut by = JointVector::zeros();
+                by[i] = SLOPE_STEP_OF_BALANCE * unit[i];
+                (self.left(&unit, &(at + by)) - self.left(&unit, &(at - by))) / (2.0 * by[i])
+            }));
+            let (normal, descent) = (slope.tr_mul(&slope), slope.tr_mul(&rest));
+            let step = loop {
+                let damped = normal + Matrix6::from_diagonal_element(damping);
+                let step = -damped.cholesky().ok_or(Unsettled { time: self.time })?.solve(&descent);
+                let there = self.left(&unit, &(at + step));
+                // Gaps and turning points change the slope: only a step that leads down is taken.
+                if there.norm() <= rest.norm() {
+                    (at, rest) = (at + step, there);
+                    break step;
+                }
+                if step.component_div(&unit).amax() < 1e-13 || !step.sum().is_finite() {
+                    break step;
+                }
+                damping *= 10.0;
+            };
+            if step.component_div(&unit).amax() < 1e-12 || rest.component_div(&unit).amax() < 1e-12
+            {
+                return Ok(at.component_div(&unit) + self.motor.angle);
+            }
+            damping = (damping * 0.1).max(1e-14);
+        }
+        Err(Unsettled { time: self.time })
+    }
+
+    /// Torque that is out of balance, over `unit`, at a torsion times `unit`.
+    fn left(&self, unit: &JointVector<f64>, scaled: &JointVector<f64>) -> JointVector<f64> {
+        let Self { cell, motor, near, pushed, time, carried, wrench } = self;
+        let robot = &cell.robot;
+        let link = scaled.component_div(unit) + motor.angle;
         let drives =
             Drives { link, link_rate: motor.rate, motor: motor.angle, motor_rate: motor.rate };
         let load = wrench(&robot.model.frames(&link));
-        let frames = robot.frames(&link, &load, time);
+        let frames = robot.frames(&link, &load, *time);
         let (_, bias) = robot.model.equation_of_motion(&frames, &motor.rate, &load);
-        let held = robot.model.stiffness().component_mul(&(link - near)) * HOLDING_STIFFNESS_SHARE;
-        (carried(&drives) + pushed - bias - held).component_div(&unit)
-    };
-    let mut at = (near - motor.angle).component_mul(&unit);
-    let mut rest = left(&at);
-    let mut damping = 1e-8;
-    for _ in 0..2000 {
-        let slope = Matrix6::from_columns(&std::array::from_fn::<_, JOINTS, _>(|i| {
-            let mut by = JointVector::zeros();
-            by[i] = SLOPE_STEP_OF_BALANCE * unit[i];
-            (left(&(at + by)) - left(&(at - by))) / (2.0 * by[i])
-        }));
-        let (normal, descent) = (slope.tr_mul(&slope), slope.tr_mul(&rest));
-        let step = loop {
-            let damped = normal + Matrix6::from_diagonal_element(damping);
-            let step = -damped.cholesky().ok_or(Unsettled { time })?.solve(&descent);
-            let there = left(&(at + step));
-            // Gaps and turning points change the slope: only a step that leads down is taken.
-            if there.norm() <= rest.norm() {
-                (at, rest) = (at + step, there);
-                break step;
-            }
-            if step.component_div(&unit).amax() < 1e-13 || !step.sum().is_finite() {
-                break step;
-            }
-            damping *= 10.0;
-        };
-        if step.component_div(&unit).amax() < 1e-12 || rest.component_div(&unit).amax() < 1e-12 {
-            return Ok(at.component_div(&unit) + motor.angle);
-        }
-        damping = (damping * 0.1).max(1e-14);
+        let held = robot.model.stiffness().component_mul(&(link - *near)) * HOLDING_STIFFNESS_SHARE;
+        (carried(&drives) + *pushed - bias - held).component_div(unit)
     }
-    Err(Unsettled { time })
 }
 
 /// Torque of springs and link ports on the links, N·m, with what effects remember.
@@ -148,9 +165,10 @@ pub(crate) fn settled(
 ) -> Result<JointVector<f64>, Unsettled> {
     let carried = |drives: &Drives| on_links(cell, drives, &[0.0; INTERNAL_STATES]);
     let unloaded = |_: &Frames<f64>| Wrench::zero();
-    let pressed =
-        balanced(cell, motor, &motor.angle, &pressing(cell, direction), 0.0, carried, unloaded)?;
-    balanced(cell, motor, &pressed, &JointVector::zeros(), 0.0, carried, unloaded)
+    let (near, pushed) = (&motor.angle, &pressing(cell, direction));
+    let pressing = LinkBalance { cell, motor, near, pushed, time: 0.0, carried, wrench: unloaded };
+    let (near, pushed) = (&pressing.solve()?, &JointVector::zeros());
+    LinkBalance { near, pushed, ..pressing }.solve()
 }
 
 fn at_rest(angle: &JointVector<f64>) -> Motor {
@@ -220,7 +238,9 @@ impl<'a> StaticArm<'a> {
         // change of load.
         let near = self.link + (motor - self.motor);
         let wrench = |frames: &Frames<f64>| load.wrench(self.cell, frames);
-        let link = balanced(self.cell, &at_rest(motor), &near, pushed, time, carried, wrench)?;
+        let (cell, near, at_rest) = (self.cell, &near, &at_rest(motor));
+        let balance = LinkBalance { cell, motor: at_rest, near, pushed, time, carried, wrench };
+        let link = balance.solve()?;
         let drives = Drives { link, link_rate: link * 0.0, motor: *motor, motor_rate: link * 0.0 };
         self.internal = self.carried_along(&drives);
         (self.motor, self.link) = (*motor, link);

@@ -90,16 +90,20 @@ mod tests {
                 }
                 curved += usize::from(!was.is_straight());
             }
-            let rest = |weld: &Weld| Weld {
-                start: Vector3::zeros(),
-                end: Vector3::zeros(),
-                tool_axis: Vector3::zeros(),
-                path: None,
-                lean: weld.lean.map(|v| (v * 1e12).round()),
-                ..weld.clone()
-            };
-            assert_eq!(rest(&weld), rest(&again), "{}", path.display());
+            assert_eq!(without_seam(&weld), without_seam(&again), "{}", path.display());
         }
         assert!(curved > 2);
+    }
+
+    /// All of a weld but where its seam lies.
+    fn without_seam(weld: &Weld) -> Weld {
+        Weld {
+            start: Vector3::zeros(),
+            end: Vector3::zeros(),
+            tool_axis: Vector3::zeros(),
+            path: None,
+            lean: weld.lean.map(|v| (v * 1e12).round()),
+            ..weld.clone()
+        }
     }
 }
