@@ -142,23 +142,9 @@ fn welding<T: Real>(criterion: &mut Criterion, scalar: &str) {
     let period = lit(PERIOD);
     let limits = LoopLimits { bandwidth: lit(5.0), size: lit(5e-3), rate: lit(5e-3) };
     let welded = |controller: &mut Cycle<'_, T>, i: usize| {
-        let pose = poses[(i + 1) % STATES];
-        // W as the tool stands: y and z of the tool, which makes the depth axis the tool's own.
-        let setpoint = Setpoint {
-            pose,
-            b_from_w: pose.rotation,
-            force: Some(lit(18_000.0)),
-            spindle_speed: lit(62.8),
-        };
-        let sensed = SensorReadings {
-            encoder: q[i],
-            encoder_rate: JointVector::zeros(),
-            motor_torque: JointVector::zeros(),
-            // As a live sensor: no reading quite like the last.
-            wrench: push * lit(1.0 + 1e-3 * i as f64),
-        };
-        let fault = controller(&setpoint, &pose, &sensed);
-        assert_eq!(fault, None, "a benchmark of the safe command would measure the wrong thing");
+        // As a live sensor: no reading quite like the last.
+        let wrench = push * lit(1.0 + 1e-3 * i as f64);
+        welded(controller, &poses[(i + 1) % STATES], q[i], wrench);
     };
     let mut controllers: [(&str, Box<dyn HybridController<T>>); 3] = [
         ("parallel", Box::new(Parallel::new(joint, force, period))),
@@ -181,6 +167,30 @@ fn welding<T: Real>(criterion: &mut Criterion, scalar: &str) {
     time(criterion, &format!("{scalar}/control cycle, external + fake target"), |i| {
         welded(&mut cycle, i)
     });
+}
+
+/// One period of a weld at a pose. `q`: encoder angles, rad; `wrench`: as it is measured.
+fn welded<T: Real>(
+    controller: &mut Cycle<'_, T>,
+    pose: &Pose<T>,
+    q: JointVector<T>,
+    wrench: Wrench<T>,
+) {
+    // W as the tool stands: y and z of the tool, which makes the depth axis the tool's own.
+    let setpoint = Setpoint {
+        pose: *pose,
+        b_from_w: pose.rotation,
+        force: Some(lit(18_000.0)),
+        spindle_speed: lit(62.8),
+    };
+    let sensed = SensorReadings {
+        encoder: q,
+        encoder_rate: JointVector::zeros(),
+        motor_torque: JointVector::zeros(),
+        wrench,
+    };
+    let fault = controller(&setpoint, pose, &sensed);
+    assert_eq!(fault, None, "a benchmark of the safe command would measure the wrong thing");
 }
 
 /// The costliest thing a compensation law does in a period: inverse kinematics, loads, forward
@@ -241,14 +251,6 @@ fn peer(criterion: &mut Criterion) {
 /// Panics where the two engines differ on any state.
 fn agree(peer: &mut dynibo::Robot, tcp: dynibo::LinkId, states: &States) {
     let robot = arm::<f64>(GRAVITY);
-    let same = |what: &str, ours: &[f64], theirs: &[f64]| {
-        let size = ours.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
-        let off = ours.iter().zip(theirs).fold(0.0_f64, |m, (x, y)| m.max((x - y).abs()));
-        assert!(
-            ours.len() == theirs.len() && off <= AGREEMENT * size,
-            "{what} differs: {ours:?} and {theirs:?}"
-        );
-    };
     let fails = "dynibo takes any finite state";
     for i in 0..STATES {
         let vector = |v: &[f64; JOINTS]| JointVector::from(*v);
@@ -281,6 +283,16 @@ fn agree(peer: &mut dynibo::Robot, tcp: dynibo::LinkId, states: &States) {
         peer.jacobian(q, tcp, &mut m).expect(fails);
         same("Jacobian", frames.jacobian().0.as_slice(), &m);
     }
+}
+
+/// Panics where numbers of the two engines differ.
+fn same(what: &str, ours: &[f64], theirs: &[f64]) {
+    let size = ours.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
+    let off = ours.iter().zip(theirs).fold(0.0_f64, |m, (x, y)| m.max((x - y).abs()));
+    assert!(
+        ours.len() == theirs.len() && off <= AGREEMENT * size,
+        "{what} differs: {ours:?} and {theirs:?}"
+    );
 }
 
 fn all(criterion: &mut Criterion) {

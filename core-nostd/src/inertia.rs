@@ -81,16 +81,7 @@ impl<T: Real> Matrices<T> {
     /// From one matrix a link.
     #[inline(always)]
     pub(crate) fn new(matrices: &[Matrix3<T>; JOINTS]) -> Self {
-        let column = |k: usize| {
-            let mut lanes = Lanes3::from_vectors(&[Vector3::zeros(); JOINTS]);
-            for (i, m) in matrices.iter().enumerate() {
-                lanes.x.0[i] = m[(0, k)];
-                lanes.y.0[i] = m[(1, k)];
-                lanes.z.0[i] = m[(2, k)];
-            }
-            lanes
-        };
-        Self { x: column(0), y: column(1), z: column(2) }
+        Self { x: column(matrices, 0), y: column(matrices, 1), z: column(matrices, 2) }
     }
 
     /// Matrix times vector, link by link.
@@ -98,6 +89,18 @@ impl<T: Real> Matrices<T> {
     pub(crate) fn times(&self, v: &Lanes3<T>) -> Lanes3<T> {
         self.x * v.x + self.y * v.y + self.z * v.z
     }
+}
+
+/// Column `k` of every link's matrix.
+#[inline(always)]
+fn column<T: Real>(matrices: &[Matrix3<T>; JOINTS], k: usize) -> Lanes3<T> {
+    let mut lanes = Lanes3::from_vectors(&[Vector3::zeros(); JOINTS]);
+    for (i, m) in matrices.iter().enumerate() {
+        lanes.x.0[i] = m[(0, k)];
+        lanes.y.0[i] = m[(1, k)];
+        lanes.z.0[i] = m[(2, k)];
+    }
+    lanes
 }
 
 impl<T: Real> Bodies<T> {

@@ -37,19 +37,6 @@ const LINKS: [LinkRow; JOINTS] = [
 /// The arm. Stiffness, damping and rotors, which a URDF does not have, are of the size of a KR
 /// 500's; the tool has no mass of its own, since the URDF counts it into the last link.
 pub(crate) fn arm<T: Real>(gravity: f64) -> Robot<T> {
-    let joint = |(axis, origin, mass, com, moments): LinkRow, stiffness: f64| JointParameters {
-        origin: vector(origin),
-        axis: vector(axis),
-        limits: [lit(-6.0), lit(6.0)],
-        max_rate: lit(10.0),
-        max_torque: lit(1e6),
-        stiffness: lit(stiffness),
-        damping: lit(1e-3 * stiffness),
-        rotor_inertia: lit(1e-4 * stiffness),
-        mass: lit(mass),
-        center_of_mass: vector(com),
-        inertia: Matrix3::from_diagonal(&vector(moments)),
-    };
     let stiffness = [13e6, 15e6, 6.2e6, 0.5e6, 0.6e6, 0.4e6];
     let (s, c) = TOOL_PITCH.sin_cos();
     let parameters = RobotParameters {
@@ -75,6 +62,26 @@ pub(crate) fn arm<T: Real>(gravity: f64) -> Robot<T> {
         },
     };
     Robot::new(parameters).expect("the benchmark's arm is a valid robot")
+}
+
+/// A joint with its link. `stiffness`: N·m/rad.
+fn joint<T: Real>(
+    (axis, origin, mass, com, moments): LinkRow,
+    stiffness: f64,
+) -> JointParameters<T> {
+    JointParameters {
+        origin: vector(origin),
+        axis: vector(axis),
+        limits: [lit(-6.0), lit(6.0)],
+        max_rate: lit(10.0),
+        max_torque: lit(1e6),
+        stiffness: lit(stiffness),
+        damping: lit(1e-3 * stiffness),
+        rotor_inertia: lit(1e-4 * stiffness),
+        mass: lit(mass),
+        center_of_mass: vector(com),
+        inertia: Matrix3::from_diagonal(&vector(moments)),
+    }
 }
 
 /// Xorshift, so that every engine and every run sees the same states.
