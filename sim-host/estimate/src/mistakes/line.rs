@@ -128,6 +128,7 @@ fn squared_distance(
 const LINE_FIT_NUMBERS: usize = JOINTS + 7;
 const FRAME_INDEX: usize = JOINTS;
 const SLOPE_INDEX: usize = JOINTS + 6;
+/// Their values.
 type LineNumbers = SVector<f64, LINE_FIT_NUMBERS>;
 
 /// What zeros and frame of a cell are off by without a mistake, m and rad.
