@@ -6,36 +6,35 @@
 use core::hint::black_box;
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use trueweld_diagnose::discover::discover;
-use trueweld_diagnose::{Diagnosis, DiagnosisVerdict, diagnose};
+use trueweld_diagnose::{Diagnosed, DiagnosisVerdict, diagnose};
 use trueweld_laboratory::{Protocol, Recipe};
 use trueweld_tests::corpus::{Ready, ready};
 use trueweld_tests::outside::FreeFormEffect;
 
-fn campaign() -> (Ready, Diagnosis) {
+fn campaign() -> (Ready, Diagnosed) {
     let law = FreeFormEffect::named("strap").expect("a law").effect(1.0);
     let protocol = Protocol { postures: 14, rings: 6, ring: 1.0, free: 30.0, welds: 3, seam: 0.3 };
     let recipe = Recipe { protocol, ..Recipe::plain(5).with_effect(law) };
     let ready = ready(&recipe).expect("the campaign is made");
-    let diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
+    let found = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
     let values: usize = ready.problem.logs.iter().map(|e| e.compared.len()).sum();
-    println!("{values} values; {:?} by the library", diagnosis.verdict);
-    assert_ne!(diagnosis.verdict, DiagnosisVerdict::Adequate, "there is nothing to discover");
-    (ready, diagnosis)
+    println!("{values} values; {:?} by the library", found.diagnosis.verdict);
+    assert_ne!(found.diagnosis.verdict, DiagnosisVerdict::Adequate, "there is nothing to discover");
+    (ready, found)
 }
 
 fn benches(criterion: &mut Criterion) {
-    let (ready, diagnosis) = campaign();
-    let look = |mut diagnosis: Diagnosis| {
-        black_box(discover(&ready.problem, &ready.logs, &mut diagnosis, &|_, _| ()))
-    };
-    assert_eq!(look(diagnosis.clone()).len(), 1, "the strap is found");
+    let (ready, found) = campaign();
+    let look =
+        |found: Diagnosed| black_box(discover(&ready.problem, &ready.logs, found, &|_, _| ()).1);
+    assert_eq!(look(found.clone()).len(), 1, "the strap is found");
     let mut group = criterion.benchmark_group("campaign");
     group.sample_size(10);
     group.bench_function("diagnose", |b| {
         b.iter(|| black_box(diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed")))
     });
     group.bench_function("discover", |b| {
-        b.iter_batched(|| diagnosis.clone(), look, BatchSize::PerIteration)
+        b.iter_batched(|| found.clone(), look, BatchSize::PerIteration)
     });
     group.finish();
 }

@@ -130,7 +130,7 @@ pub fn step(fixtures: &Fixtures, told: bool) -> Option<StepFigures> {
     let program = WeldProgram::ForceStep { height: 11e3, hold: 1.0, length: 3.0 };
     let recording = recorded(fixtures, ControllerKind::External, program, told)?;
     let figures = StepFigures::of(&recording, fixtures.weld.settle + 1.0, 11e3)?;
-    let sound = recording.rows.iter().all(|r| r.fault.is_none()) && figures.settle_5pct.is_some();
+    let sound = recording.rows.iter().all(|r| r.fault.is_none()) && figures.settle_5pct_s.is_some();
     sound.then_some(figures)
 }
 

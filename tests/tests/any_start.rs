@@ -135,7 +135,7 @@ fn a_weld_cut_while_the_push_rises_does_not_say_where_its_channel_lies() {
 fn answer(logs: &[Log], file: &ModelFile) -> (String, f64, [f64; 2], f64) {
     let model = baseline(file);
     let problem = FitProblem::new(file, experiments(logs, &model).expect("experiments"));
-    let found = diagnose(&problem, logs, &|_, _| ()).expect("a diagnosis");
+    let found = diagnose(&problem, logs, &|_, _| ()).expect("a diagnosis").diagnosis;
     let best = &found.candidates[0];
     let names: Vec<String> = best.effects.iter().map(|f| f.effect.name(&file.robot)).collect();
     let first = &best.effects[0];

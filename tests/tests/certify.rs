@@ -801,13 +801,13 @@ fn a_certificate_and_a_weld_of_the_same_cell_never_disagree() {
         for (key, of_weld) in ASKED_FIGURES.iter().zip(&weld.judged) {
             let row = nominal.iter().find(|r| r.name == *key).expect("asked of every weld");
             let told = format!("{push} N, {effects:?}, {name}: {row:?} against {of_weld:?}");
-            assert_eq!(row.verdict == Verdict::Pass, of_weld.is_met(), "{told}");
-            if !of_weld.is_met() {
+            assert_eq!(row.verdict == Verdict::Pass, of_weld.met, "{told}");
+            if !of_weld.met {
                 missed.push(*key);
             }
         }
-        assert_eq!(Verdict::of(nominal.iter().copied()) == Verdict::Pass, weld.is_met());
-        met += usize::from(weld.is_met());
+        assert_eq!(Verdict::of(nominal.iter().copied()) == Verdict::Pass, weld.met);
+        met += usize::from(weld.met);
     }
     // The cells tell: some are as asked for, and others miss it by the line, the depth and the drives.
     assert!((1..8).contains(&met), "{met}");
@@ -822,7 +822,7 @@ fn no_certificate_passes_with_a_drive_at_its_torque_limit_and_the_reason_names_t
     let (weld, judged) =
         Coupon::new(25e3, &[]).certified(&requirements, &law("seam-tracking"), DRAWS);
     // In time: a third of the steady part and more, and all of it A2's.
-    assert!(weld.at_limit > 1.0 && weld.drives[1].at_torque_limit > 0.05, "{:?}", weld.drives);
+    assert!(weld.at_limit_s > 1.0 && weld.drives[1].at_torque_limit > 0.05, "{:?}", weld.drives);
     for case in [EvidenceKind::Nominal, EvidenceKind::Draws] {
         let of_torque = |r: &&Requirement| r.case == case && r.name == "torque_share_max";
         let row = judged.iter().find(of_torque).expect("asked of every weld");
@@ -836,7 +836,7 @@ fn no_certificate_passes_with_a_drive_at_its_torque_limit_and_the_reason_names_t
     // At the push of the file no drive is near its limit.
     let (weld, judged) =
         Coupon::new(18e3, &[]).certified(&requirements, &law("seam-tracking"), DRAWS);
-    assert!(weld.is_met() && weld.at_limit == 0.0, "{weld:?}");
+    assert!(weld.met && weld.at_limit_s == 0.0, "{weld:?}");
     assert!(judged.iter().all(|r| r.verdict == Verdict::Pass), "{judged:?}");
 }
 

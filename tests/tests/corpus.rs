@@ -111,7 +111,7 @@ fn an_encoder_s_zero_is_not_told_from_how_the_link_before_is_turned() {
     let hidden = Effect { values: vec![-4.7e-3], ..zero.neutral(Location::Joint(5)) };
     protocol.effects = vec![hidden];
     let ready = recorded(&protocol).expect("the campaign is made");
-    let diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
+    let diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed").diagnosis;
     assert_eq!(diagnosis.verdict, DiagnosisVerdict::EffectFound);
     let [a, b] = diagnosis.candidates.as_slice() else { panic!("{:#?}", diagnosis.candidates) };
     assert_eq!(

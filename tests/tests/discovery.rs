@@ -23,9 +23,9 @@ fn found(other: Option<Vec<Effect>>) -> (Diagnosis, Vec<Discovery>) {
         protocol.effects = other;
     }
     let ready = recorded(&protocol).expect("the campaign is made");
-    let mut diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
-    let found = discover(&ready.problem, &ready.logs, &mut diagnosis, &|_, _| ());
-    (diagnosis, found)
+    let found = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
+    let (found, laws) = discover(&ready.problem, &ready.logs, found, &|_, _| ());
+    (found.diagnosis, laws)
 }
 
 #[test]
@@ -65,7 +65,7 @@ fn an_effect_that_leaves_what_stands_out_is_not_the_answer() {
     let logs = campaign.logs;
     let compared = experiments(&logs, &baseline(&file)).expect("logs that can be compared");
     let problem = FitProblem::new(&file, compared);
-    let diagnosis = diagnose(&problem, &logs, &|_, _| ()).expect("diagnosed");
+    let diagnosis = diagnose(&problem, &logs, &|_, _| ()).expect("diagnosed").diagnosis;
     assert_eq!(
         diagnosis.verdict,
         DiagnosisVerdict::UnknownEffect,
@@ -203,9 +203,9 @@ fn the_experiment_that_is_planned_settles_what_one_log_leaves_open() {
         protocol.logs.truncate(1);
         protocol.logs.extend(more);
         let ready = recorded(&protocol).expect("the campaign is made");
-        let mut diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
-        let mut found = discover(&ready.problem, &ready.logs, &mut diagnosis, &|_, _| ());
-        assert_eq!(diagnosis.verdict, DiagnosisVerdict::UnknownEffect);
+        let diagnosed = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
+        let (diagnosed, mut found) = discover(&ready.problem, &ready.logs, diagnosed, &|_, _| ());
+        assert_eq!(diagnosed.diagnosis.verdict, DiagnosisVerdict::UnknownEffect);
         (found.remove(0), ready)
     };
     let over = |found: &Discovery| -> Vec<&str> {
@@ -256,7 +256,7 @@ fn a_fifth_of_an_encoders_wave_is_that_or_undecided() {
     let recipe = Recipe { protocol: Protocol::short(), noise: 0.3, ..Recipe::plain(71_000_265) };
     let hidden = Effect { values, ..kind.neutral(Location::Joint(2)) };
     let ready = ready(&recipe.with_effect(hidden)).expect("a campaign");
-    let diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
+    let diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed").diagnosis;
     let first = &diagnosis.candidates[0];
     let tied = first.indistinguishable.iter().map(|k| &diagnosis.candidates[*k]);
     let mut named = std::iter::once(first).chain(tied).flat_map(|c| &c.effects);
@@ -273,9 +273,9 @@ fn a_material_that_softens_beside_trackers_that_are_off_is_no_law() {
     let recipe = Recipe { protocol: Protocol::short(), noise: 0.3, ..Recipe::plain(91_000_595) };
     let recipe = Recipe { noise_stated: false, ..recipe }.with_nuisance(0.0, 0.0, 1e-4);
     let ready = ready(&recipe.with_effect(hidden)).expect("a campaign");
-    let mut diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
-    let laws = discover(&ready.problem, &ready.logs, &mut diagnosis, &|_, _| ());
-    let best = &diagnosis.candidates[0].effects[0];
+    let found = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
+    let (found, laws) = discover(&ready.problem, &ready.logs, found, &|_, _| ());
+    let best = &found.diagnosis.candidates[0].effects[0];
     assert_eq!((laws.len(), best.effect.kind.id), (0, "thermal-softening"));
     let [low, high] = best.interval[0];
     assert!((low..high).contains(&0.0942), "{:?}", best.interval);

@@ -62,7 +62,7 @@ fn is_named_for_what_it_is(id: &str, joint: usize, value: f64, near: f64) {
     let recipe = Recipe { protocol: Protocol::short(), ..Recipe::plain(16) };
     let hidden = Effect { values: vec![value], ..kind.neutral(at) };
     let ready = ready(&recipe.with_effect(hidden)).expect("a campaign");
-    let diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
+    let diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed").diagnosis;
     let found = &diagnosis.candidates[0].effects[0].effect;
     assert_eq!(
         (diagnosis.verdict, found.kind.id, found.at),

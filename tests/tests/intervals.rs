@@ -15,7 +15,8 @@ fn told(seeds: std::ops::Range<u64>) -> (usize, usize) {
             Recipe { protocol: Protocol::short(), geometry_error: 3e-4, ..Recipe::plain(seed) }
                 .with_nuisance(0.05, 1e-4, 1e-4);
         let ready = ready(&recipe).expect("a campaign");
-        let diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| {}).expect("a diagnosis");
+        let diagnosis =
+            diagnose(&ready.problem, &ready.logs, &|_, _| {}).expect("a diagnosis").diagnosis;
         let truth = recipe.miscalibrations(0);
         for told in diagnosis.calibration.iter().filter(|f| f.effect.kind.id == "stiffness-error") {
             let same = |e: &&Effect| (e.kind.id, e.at) == (told.effect.kind.id, told.effect.at);

@@ -96,7 +96,7 @@ fn a_tool_that_hangs_free_in_a_gap_is_where_it_was_seen() {
             assert!(score < 1.3, "{} {channel}: {score}", experiment.name);
         }
     }
-    let found = diagnose(&ready.problem, &ready.logs, &|_, _| {}).expect("diagnosed");
+    let found = diagnose(&ready.problem, &ready.logs, &|_, _| {}).expect("diagnosed").diagnosis;
     let effects = &found.candidates[0].effects;
     let named: Vec<_> = effects.iter().map(|f| (f.effect.kind.id, f.effect.at)).collect();
     assert_eq!(
@@ -232,7 +232,7 @@ fn quiet_instruments_find_no_effect_in_a_clean_weld() {
         (0.1, &[DiagnosisVerdict::Adequate, DiagnosisVerdict::UnknownEffect]),
     ] {
         let ready = clean_welds(noise, 1, 0.02);
-        let found = diagnose(&ready.problem, &ready.logs, &|_, _| {}).expect("diagnosed");
+        let found = diagnose(&ready.problem, &ready.logs, &|_, _| {}).expect("diagnosed").diagnosis;
         let named: Vec<_> = found.candidates.iter().map(|c| c.effects[0].effect.kind.id).collect();
         assert!(expected.contains(&found.verdict), "at {noise} times the noise: {named:?}");
     }

@@ -16,7 +16,7 @@ fn step(controller: ControllerKind) -> StepFigures {
 
 /// 5 % time within 10 % and overshoot within 3 points of what was published.
 fn assert_published(figures: &StepFigures, settle: f64, overshoot: f64) {
-    let time = figures.settle_5pct.expect("it settles");
+    let time = figures.settle_5pct_s.expect("it settles");
     assert!(
         (time - settle).abs() <= 0.1 * settle,
         "{}: 5 % time {time} s, published {settle} s",
@@ -35,7 +35,7 @@ fn parallel_control_answers_the_step_as_published() {
     let figures = step(ControllerKind::Parallel);
     assert_published(&figures, 0.370, 0.24);
     // "No static error": below what two of the sensor's standard deviations would show.
-    assert!(figures.static_error.abs() < 50.0, "{figures:?}");
+    assert!(figures.static_error_n.abs() < 50.0, "{figures:?}");
 }
 
 #[test]
@@ -43,15 +43,15 @@ fn superposed_control_answers_the_step_as_published() {
     let figures = step(ControllerKind::Superposed);
     assert_published(&figures, 0.580, 0.20);
     // "Near 200 N", sign not printed.
-    assert!((figures.static_error.abs() - 200.0).abs() < 50.0, "{figures:?}");
+    assert!((figures.static_error_n.abs() - 200.0).abs() < 50.0, "{figures:?}");
 }
 
 #[test]
 fn external_control_answers_the_step_as_published() {
     let figures = step(ControllerKind::External);
     assert_published(&figures, 0.860, 0.045);
-    assert!(figures.static_error.abs() < 50.0, "{figures:?}");
-    assert!(figures.ripple <= 50.0, "{figures:?}");
+    assert!(figures.static_error_n.abs() < 50.0, "{figures:?}");
+    assert!(figures.ripple_n <= 50.0, "{figures:?}");
 }
 
 fn weld(name: &'static str, law_name: &str, stiffness_error: f64) -> WeldFigures {

@@ -33,7 +33,7 @@ fn answer(folder: &Path) -> Vec<String> {
     assert!(found.mistakes.is_empty(), "{:?}", found.mistakes);
     let experiments = experiments(&logs, &baseline).expect("experiments");
     let problem = FitProblem::new(&model, experiments);
-    let diagnosis = diagnose(&problem, &logs, &|_, _| {}).expect("a diagnosis");
+    let diagnosis = diagnose(&problem, &logs, &|_, _| {}).expect("a diagnosis").diagnosis;
     let words = |effects: &[FittedEffect]| -> Vec<String> {
         effects.iter().map(|fitted| in_words(&fitted.effect)).collect()
     };

@@ -347,7 +347,7 @@ proptest! {
         // And of the delay: the force sensor's reading is in nothing but the force loop, for these
         // laws.
         let mut later = sensors.clone();
-        later.force.delay += share * channels[FORCE].delay;
+        later.force.delay += share * channels[FORCE].delay_s;
         let then = met.margins(&fixtures, friction, control, &later);
         prop_assert!(then.channels.is_some(), "{} s later: {then:?}", later.force.delay);
     }

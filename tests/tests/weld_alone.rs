@@ -24,8 +24,9 @@ fn weld(name: &str, effect: &str, seed: u64) -> ProtocolFile {
 /// Effects of the first explanation and of those tied with it, with the first value of each.
 fn answer(protocol: &ProtocolFile) -> Vec<(&'static str, f64)> {
     let ready = recorded(protocol).expect("the campaign is made");
-    let mut diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
-    let discovered = discover(&ready.problem, &ready.logs, &mut diagnosis, &|_, _| ());
+    let found = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed");
+    let (found, discovered) = discover(&ready.problem, &ready.logs, found, &|_, _| ());
+    let diagnosis = found.diagnosis;
     let laws: Vec<_> = discovered.iter().map(|law| (law.hypothesis, &law.expression)).collect();
     assert!(laws.is_empty() && diagnosis.verdict == DiagnosisVerdict::EffectFound, "{laws:?}");
     let first = &diagnosis.candidates[0];
@@ -43,8 +44,9 @@ fn in_welds_of_a_sound_cell_a_tracker_that_was_moved_is_told_and_no_effect() {
     let logs = campaign.logs;
     let ready = experiments(&logs, &baseline(&file)).expect("logs that can be compared");
     let problem = FitProblem::new(&file, ready);
-    let mut diagnosis = diagnose(&problem, &logs, &|_, _| ()).expect("diagnosed");
-    let discovered = discover(&problem, &logs, &mut diagnosis, &|_, _| ());
+    let found = diagnose(&problem, &logs, &|_, _| ()).expect("diagnosed");
+    let (found, discovered) = discover(&problem, &logs, found, &|_, _| ());
+    let diagnosis = found.diagnosis;
     assert!(discovered.is_empty() && diagnosis.verdict == DiagnosisVerdict::Adequate);
     let likely: Vec<_> =
         diagnosis.candidates.iter().filter(|c| c.probability > 0.01).map(|c| &c.effects).collect();

@@ -87,7 +87,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     let wrong = files.iter().filter(|file| !file.ok).count();
     if let Some(path) = &arguments.json {
-        write(path, &json::text(&CheckResult::new(files)))?;
+        write(path, &json::text(CheckResult::SCHEMA, &CheckResult { files }))?;
     }
     match wrong {
         0 => Ok(()),

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use trueweld::{measured_provenance, read_input};
 use trueweld_laboratory::ProtocolFile;
 use trueweld_logs::campaign::Campaign;
-use trueweld_output::RecordReport;
+use trueweld_output::{RecordReport, RecordedLog};
 use trueweld_plant::input::{Control, ModelFile, Sensors};
 use trueweld_plant::provenance::{EffectRecord, FileDigest};
 
@@ -74,7 +74,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         folder: out,
         robot: &robot.name,
         seed: protocol.seed,
-        logs: &recorded.logs,
+        logs: &recorded.logs.iter().map(RecordedLog::of).collect::<Vec<_>>(),
         provenance: &provenance,
     })?;
     if let Some(path) = &arguments.truth {

@@ -109,7 +109,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if let Some((time, fault)) = client.fault() {
         say!("first fault             {:>9.3} s: {}\n", time, fault_in_words(fault));
     }
-    for warning in health_warnings(&rows) {
+    for warning in health_warnings(&rows, inputs.control.period) {
         say!("warning: {}\n", warning_in_words(&warning));
     }
     if !read.is_empty() {

@@ -194,7 +194,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(figures) = &figures {
         let simulation = inputs.simulation(&[controller], slice::from_ref(&law), 1, PLANT_STEP);
         arguments.results.write(&WeldReport {
-            runs: &[WeldRun { recording: &recording, figures, robot: &inputs.robot.robot }],
+            runs: &[WeldRun::new(&recording, figures, &inputs.robot.robot)],
             exaggeration: 50.0,
             provenance: &inputs.provenance("rsi-robot", simulation),
         })?;

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use miette::{Result, miette};
-use trueweld_output::json::schemas;
+use trueweld_output::schemas;
 
 /// Arguments of `schema`.
 #[derive(Args)]

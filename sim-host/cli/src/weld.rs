@@ -103,7 +103,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let robot = &inputs.robot.robot;
     let runs: Vec<WeldRun<'_>> = welds
         .iter()
-        .map(|SimulatedWeld { recording, figures }| WeldRun { recording, figures, robot })
+        .map(|SimulatedWeld { recording, figures }| WeldRun::new(recording, figures, robot))
         .collect();
     arguments.results.write(&WeldReport {
         runs: &runs,

@@ -75,8 +75,6 @@ pub struct Candidate {
     pub may_be_named: bool,
     /// Other explanations that these data do not tell from this one, by index.
     pub indistinguishable: Vec<usize>,
-    /// The fit.
-    pub fitted: Fitted,
 }
 
 impl Candidate {
@@ -96,7 +94,6 @@ impl Candidate {
             left: excess_chi_square(problem, &fitted.residuals) / excess_before,
             may_be_named: false,
             indistinguishable: Vec::new(),
-            fitted: fitted.clone(),
         }
     }
 }
@@ -108,26 +105,20 @@ pub struct Diagnosis {
     pub verdict: DiagnosisVerdict,
     /// Score of the model as it was given.
     pub score_before: f64,
+    /// Score with calibrations alone.
+    pub score_calibrated: f64,
+    /// Score with the best explanation and the calibrations that count.
+    pub score_after: f64,
     /// Score on held-out blocks with calibrations alone.
     pub held_out_calibrated: f64,
-    /// Residuals of the model as it was given.
-    pub before: Residuals,
-    /// What each log has of its own under the model as it was given.
-    pub each_log: FitState,
-    /// The fit of calibrations alone.
-    pub null: Fitted,
-    /// Fits of the explanation: one effect, then two; none where none may be named.
-    pub chosen: Vec<Fitted>,
+    /// Steps of the explanation: one effect, then two; 0 where none may be named.
+    pub chosen: usize,
     /// Explanations, best first.
     pub candidates: Vec<Candidate>,
     /// What is a little off in the cell besides.
     pub calibration: Vec<FittedEffect>,
     /// What the logs fix of how links are mounted; `None` where they see no postures.
     pub mountings: Option<Mountings>,
-    /// The model with the best explanation and every calibration free.
-    pub full: Fitted,
-    /// The same with those calibrations alone that count.
-    pub improved: Fitted,
     /// Smallest size of each effect that these data would have shown.
     pub limits: Vec<EffectLimit>,
     /// Hypotheses that these data cannot tell apart, most alike first.
@@ -136,6 +127,34 @@ pub struct Diagnosis {
     pub unexplained: Vec<Finding>,
     /// What there was no time for, and fits that did not converge.
     pub incomplete: Vec<Incomplete>,
+}
+
+/// A diagnosis, and the fits that it rests on.
+#[derive(Debug, Clone)]
+pub struct Diagnosed {
+    /// What was found.
+    pub diagnosis: Diagnosis,
+    /// How.
+    pub fits: DiagnosisFits,
+}
+
+/// Fits that a diagnosis rests on, for whoever goes on from it.
+#[derive(Debug, Clone)]
+pub struct DiagnosisFits {
+    /// Residuals of the model as it was given.
+    pub before: Residuals,
+    /// What each log has of its own under the model as it was given.
+    pub each_log: FitState,
+    /// Calibrations alone.
+    pub null: Fitted,
+    /// The explanation: one effect, then two; none where none may be named.
+    pub chosen: Vec<Fitted>,
+    /// The candidates, in the diagnosis' order.
+    pub candidates: Vec<Fitted>,
+    /// The best explanation, every calibration free.
+    pub full: Fitted,
+    /// The same with those calibrations alone that count.
+    pub improved: Fitted,
 }
 
 /// What a diagnosis leaves undone.
@@ -164,7 +183,7 @@ pub fn diagnose(
     problem: &FitProblem,
     logs: &[Log],
     progress: ProgressCallback<'_>,
-) -> Result<Diagnosis, PredictError> {
+) -> Result<Diagnosed, PredictError> {
     let blocks = fit::blocks_of(problem);
     progress("comparing", 0.0);
     let (each_log, before) = fit::per_log::fitted(problem, &problem.per_log, Vec::new())?;
@@ -226,11 +245,15 @@ pub fn diagnose(
     let told = |chosen: &[Fitted]| {
         conclude(&ctx, (&before, held), &singles, chosen, screened.len(), &unexplained)
     };
-    let (mut diagnosis, stands) = told(&chosen);
+    let (mut diagnosed, stands) = told(&chosen);
     if !stands {
-        diagnosis = told(&[]).0;
+        diagnosed = told(&[]).0;
     }
-    Ok(Diagnosis { each_log, limits, confusable, incomplete, ..diagnosis })
+    let Diagnosed { diagnosis, fits } = diagnosed;
+    Ok(Diagnosed {
+        diagnosis: Diagnosis { limits, confusable, incomplete, ..diagnosis },
+        fits: DiagnosisFits { each_log, ..fits },
+    })
 }
 
 /// What was looked for beside the calibrations of one fit.
@@ -373,7 +396,7 @@ fn conclude(
     chosen: &[Fitted],
     tried: usize,
     unexplained: &dyn Fn(&Residuals) -> Vec<Finding>,
-) -> (Diagnosis, bool) {
+) -> (Diagnosed, bool) {
     let SearchContext { problem, blocks, null, .. } = *ctx;
     let score_before = score(before);
     let excess = excess_chi_square(problem, &null.residuals).max(1.0);
@@ -398,10 +421,11 @@ fn conclude(
     let candidate = |fitted: &Fitted| {
         let effects = found_effects(problem, fitted);
         let candidate = Candidate::new(problem, fitted, effects, [score_before, excess]);
-        Candidate { may_be_named: is_nameable(ctx, null, fitted), ..candidate }
+        let may_be_named = is_nameable(ctx, null, fitted);
+        (Candidate { may_be_named, ..candidate }, fitted.clone())
     };
-    let mut candidates: Vec<Candidate> = singles.iter().map(candidate).collect();
-    candidates.sort_by_key(|candidate| !candidate.may_be_named);
+    let mut candidates: Vec<(Candidate, Fitted)> = singles.iter().map(candidate).collect();
+    candidates.sort_by_key(|(candidate, _)| !candidate.may_be_named);
     // What it costs to say nothing: with calibrations as they are, or, where a calibration is the
     // answer, with none.
     let mut nothing = null.cost;
@@ -432,7 +456,8 @@ fn conclude(
         let of_calibration = |fitted: &Fitted, mut effects: Vec<FittedEffect>| {
             let may_be_named = effects.iter().any(FittedEffect::is_told_from_nothing);
             effects.truncate(1);
-            Candidate { may_be_named, ..Candidate::new(problem, fitted, effects, given) }
+            let candidate = Candidate::new(problem, fitted, effects, given);
+            (Candidate { may_be_named, ..candidate }, fitted.clone())
         };
         let is_it = |fitted: &Fitted, name: (&str, Location), of| {
             let effect = fitted.point.effect(of);
@@ -453,7 +478,8 @@ fn conclude(
         candidates = others.collect();
         candidates.insert(0, of_calibration(&improved, named));
     }
-    weigh(ctx, &mut candidates, nothing, tried, verdict);
+    let (mut candidates, fits): (Vec<Candidate>, Vec<Fitted>) = candidates.into_iter().unzip();
+    weigh(ctx, (&mut candidates, &fits), nothing, tried, verdict);
     if verdict == DiagnosisVerdict::EffectFound {
         let any: f64 = candidates.iter().map(|c| c.probability).sum();
         // That a calibration is off shows in the model as it was given; which one is the question.
@@ -473,13 +499,11 @@ fn conclude(
     let diagnosis = Diagnosis {
         verdict,
         score_before,
+        score_calibrated: score(&null.residuals),
+        score_after: score(&improved.residuals),
         held_out_calibrated: held_out_score(null),
-        before: before.clone(),
-        each_log: FitState::empty(problem.logs.len()),
-        null: null.clone(),
         mountings: mountings::mountings(best),
-        full: best.clone(),
-        chosen: chosen.to_vec(),
+        chosen: chosen.len(),
         candidates,
         calibration,
         unexplained: if within_noise(problem, &improved.residuals) {
@@ -487,12 +511,20 @@ fn conclude(
         } else {
             unexplained(&improved.residuals)
         },
-        improved,
         limits: Vec::new(),
         confusable: Vec::new(),
         incomplete: Vec::new(),
     };
-    (diagnosis, stands)
+    let fits = DiagnosisFits {
+        before: before.clone(),
+        each_log: FitState::empty(problem.logs.len()),
+        null: null.clone(),
+        chosen: chosen.to_vec(),
+        candidates: fits,
+        full: best.clone(),
+        improved,
+    };
+    (Diagnosed { diagnosis, fits }, stands)
 }
 
 /// The fit with those calibrations alone that count beside its effects, and their names.
@@ -540,22 +572,22 @@ fn is_of_registration(problem: &FitProblem, id: &str) -> bool {
         && problem.logs.iter().filter(tracked).all(|e| e.registered)
 }
 
-/// Probabilities among the explanations, and which of them the data do not tell apart. `nothing`:
-/// what it costs to have none.
+/// Probabilities among the explanations, given with their fits, and which of them the data do not
+/// tell apart. `nothing`: what it costs to have none.
 fn weigh(
     ctx: &SearchContext<'_>,
-    candidates: &mut [Candidate],
+    (candidates, fits): (&mut [Candidate], &[Fitted]),
     nothing: f64,
     tried: usize,
     verdict: DiagnosisVerdict,
 ) {
-    let costs: Vec<f64> = candidates.iter().map(|c| ctx.owed_cost(&c.fitted)).collect();
-    let Some(first) = candidates.first() else {
+    let costs: Vec<f64> = fits.iter().map(|fitted| ctx.owed_cost(fitted)).collect();
+    let Some(first) = fits.first() else {
         return;
     };
     let (best, noise) = (costs[0], noise_chi_square(ctx.problem).max(1.0));
     // What is left above the floor says how far the sum of squares can be trusted.
-    let inflation = rules::variance_inflation(&first.fitted);
+    let inflation = rules::variance_inflation(first);
     let weight = |cost: f64| (-0.5 * (cost - best).max(0.0) / inflation).exp();
     // What may not be named is no explanation. Where it fits better than they do by more than a tie,
     // "none of these" is the likelier.
@@ -577,7 +609,7 @@ fn weigh(
     let sum: f64 = weights.iter().sum::<f64>() + none;
     let ceiling = match verdict {
         DiagnosisVerdict::UnknownEffect => 0.5,
-        _ => 1.0 - (fit::chi_square(&first.fitted.residuals) / noise - 1.0).clamp(0.0, 0.5),
+        _ => 1.0 - (fit::chi_square(&first.residuals) / noise - 1.0).clamp(0.0, 0.5),
     };
     // A faint effect may be another one that looks alike.
     let near_limit =

@@ -3,7 +3,9 @@
 //!
 //! Apart from the search, since many diagnoses need none of it.
 
-use crate::diagnosis::{Candidate, Diagnosis, DiagnosisVerdict, ProgressCallback};
+use crate::diagnosis::{
+    Candidate, Diagnosed, Diagnosis, DiagnosisFits, DiagnosisVerdict, ProgressCallback,
+};
 use crate::evidence::{EffectCurve, evidence};
 use crate::experiment::RIVALS_MAX;
 use crate::experiment::{Plan, next_experiment};
@@ -59,24 +61,25 @@ pub struct ImprovedChannel {
 pub fn explain(
     problem: &FitProblem,
     logs: &[Log],
-    diagnosis: &Diagnosis,
+    Diagnosed { diagnosis, fits }: &Diagnosed,
     progress: ProgressCallback<'_>,
 ) -> Explanation {
     progress("drawing the evidence", 0.0);
     let Some(robot) = logs.first().map(|log| &log.robot) else {
         return Explanation { reasons: Vec::new(), next_experiment: None };
     };
-    let all = diagnosis.candidates.par_iter().enumerate();
-    let reasons =
-        all.map(|(k, c)| reason(problem, logs, diagnosis, (c, k < DRAWN_EXPLANATIONS))).collect();
+    let all = (0..diagnosis.candidates.len()).into_par_iter();
+    let reasons = all
+        .map(|k| reason(problem, logs, (diagnosis, fits), (k, k < DRAWN_EXPLANATIONS)))
+        .collect();
     progress("planning the next experiment", 0.6);
     let rivals = rivals(diagnosis, robot);
     let mut next_experiment =
         if rivals.is_empty() { None } else { next_experiment(problem, logs, &rivals) };
     // The fits in full say more of the logs so far than what is left from where they end.
     let cost = |name: &String| {
-        let of = diagnosis.candidates.iter().find(|c| c.name(robot) == *name);
-        of.map(|c| c.fitted.cost)
+        let of = diagnosis.candidates.iter().position(|c| c.name(robot) == *name);
+        of.map(|k| fits.candidates[k].cost)
     };
     if let Some(plan) = &mut next_experiment
         && let [Some(first), Some(second)] = plan.rivals.each_ref().map(cost)
@@ -92,24 +95,25 @@ pub fn reason_of_best(
     problem: &FitProblem,
     logs: &[Log],
     diagnosis: &Diagnosis,
+    fits: &DiagnosisFits,
 ) -> Option<ExplanationReason> {
-    let best = diagnosis.candidates.first()?;
-    Some(reason(problem, logs, diagnosis, (best, true)))
+    let any = !diagnosis.candidates.is_empty();
+    any.then(|| reason(problem, logs, (diagnosis, fits), (0, true)))
 }
 
 fn reason(
     problem: &FitProblem,
     logs: &[Log],
-    diagnosis: &Diagnosis,
-    (candidate, drawn): (&Candidate, bool),
+    (diagnosis, fits): (&Diagnosis, &DiagnosisFits),
+    (candidate, drawn): (usize, bool),
 ) -> ExplanationReason {
-    let curve =
-        |effect: &Effect| evidence(problem, logs, &diagnosis.null, &candidate.fitted, effect);
+    let (candidate, fitted) = (&diagnosis.candidates[candidate], &fits.candidates[candidate]);
+    let curve = |effect: &Effect| evidence(problem, logs, &fits.null, fitted, effect);
     // A calibration is what the model without any is judged by.
     let calibrated = !candidate.effects.iter().all(|f| is_calibration(f.effect.kind));
-    let without = if calibrated { &diagnosis.null.residuals } else { &diagnosis.before };
+    let without = if calibrated { &fits.null.residuals } else { &fits.before };
     ExplanationReason {
-        improved: improved(problem, without, &candidate.fitted.residuals),
+        improved: improved(problem, without, &fitted.residuals),
         evidence: candidate
             .effects
             .iter()
@@ -176,7 +180,7 @@ impl Diagnosis {
     /// calibration is the answer, of the model as it was given.
     pub fn held_out_without(&self) -> f64 {
         match self.verdict {
-            DiagnosisVerdict::EffectFound if self.chosen.is_empty() => self.score_before,
+            DiagnosisVerdict::EffectFound if self.chosen == 0 => self.score_before,
             _ => self.held_out_calibrated,
         }
     }

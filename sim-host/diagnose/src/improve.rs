@@ -8,8 +8,8 @@
 
 use crate::calibration_selection::select_calibrations;
 use crate::diagnosis::{
-    Candidate, Diagnosis, DiagnosisVerdict, Incomplete, ProgressCallback, diagnose, fits_anything,
-    longest_weld,
+    Candidate, Diagnosed, Diagnosis, DiagnosisFits, DiagnosisVerdict, Incomplete, ProgressCallback,
+    diagnose, fits_anything, longest_weld,
 };
 use crate::discover::{self, Discovery, discover};
 use crate::found::{FittedEffect, found_beside, found_by_what_is_left, inflate_noise};
@@ -25,7 +25,7 @@ use trueweld_estimate::fit::{
 };
 use trueweld_estimate::predict::{PredictError, PreparedLog};
 use trueweld_estimate::residuals::compare::{LogComparison, Notice, of_each_log, of_logs};
-use trueweld_estimate::residuals::localize::localize;
+use trueweld_estimate::residuals::localize::{Finding, localize};
 use trueweld_logs::log::Log;
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{ModelEffect, ModelFile, Scope};
@@ -87,15 +87,33 @@ pub struct Improvement {
     pub verdict: DiagnosisVerdict,
     /// Laws outside the library that were found.
     pub discovered: Vec<Discovery>,
-    /// The diagnosis it rests on; what stays unexplained is that of the improved model.
+    /// The diagnosis that it rests on.
     pub diagnosis: Diagnosis,
-    /// The improved model's fit; `None` where the model stays as it was given.
-    pub fitted: Option<Fitted>,
+    /// What the residual of the improved model still follows, where it is above the floor.
+    pub unexplained: Vec<Finding>,
+    /// What there was no time for, and fits that did not converge.
+    pub incomplete: Vec<Incomplete>,
     /// Names of the logs that were held out; none where blocks in time were.
     pub held_out_logs: Vec<String>,
 }
 
+/// An improvement, and the fits that it rests on.
+#[derive(Debug)]
+pub struct Improved {
+    /// What was done.
+    pub improvement: Improvement,
+    /// Fits of the diagnosis.
+    pub diagnosis: DiagnosisFits,
+    /// The improved model's fit; `None` where the model stays as it was given.
+    pub fitted: Option<Fitted>,
+}
+
 impl Improvement {
+    /// True where the model does not stay as it was given.
+    pub fn is_any(&self) -> bool {
+        self.steps.len() > 1
+    }
+
     /// The model as it was given.
     pub fn first(&self) -> &ImprovementStep {
         &self.steps[0]
@@ -111,7 +129,7 @@ impl Improvement {
     pub fn is_worse_elsewhere(&self) -> bool {
         let most = self.first().held_out * (1.0 + IMPROVEMENT_MIN);
         let worse = |step: &Rejected| step.held_out > most;
-        self.steps.len() == 1 && self.rejected.iter().any(worse)
+        !self.is_any() && self.rejected.iter().any(worse)
     }
 
     /// Effects that the data do not tell from those of a step; none where it is not the explanation
@@ -203,10 +221,10 @@ pub fn improve(
     logs: &[Log],
     held_out: Option<&HeldOut>,
     progress: ProgressCallback<'_>,
-) -> Result<Improvement, PredictError> {
-    let mut diagnosis = diagnose(problem, logs, &|what, share| progress(what, 0.6 * share))?;
-    let discovered =
-        discover(problem, logs, &mut diagnosis, &|what, share| progress(what, 0.6 + 0.1 * share));
+) -> Result<Improved, PredictError> {
+    let diagnosed = diagnose(problem, logs, &|what, share| progress(what, 0.6 * share))?;
+    let (Diagnosed { diagnosis, fits }, discovered) =
+        discover(problem, logs, diagnosed, &|what, share| progress(what, 0.6 + 0.1 * share));
     let blocks = fit::blocks_of(problem);
     let at_held_out = held_out.map(|h| h.predict(std::iter::empty())).transpose()?;
     let at_held_out = at_held_out.map(|(.., at)| at);
@@ -223,7 +241,7 @@ pub fn improve(
         logs,
         blocks: &blocks,
         held_out,
-        given: &diagnosis.before,
+        given: &fits.before,
         steps: vec![baseline],
         rejected: Vec::new(),
         discovered,
@@ -232,27 +250,27 @@ pub fn improve(
         reached: None,
     };
     progress("recalibrating", 0.7);
-    if !diagnosis.null.point.free.is_empty() {
-        let alone = diagnosis.chosen.is_empty() && path.discovered.is_empty();
+    if !fits.null.point.free.is_empty() {
+        let alone = fits.chosen.is_empty() && path.discovered.is_empty();
         let kept = if alone {
-            diagnosis.improved.clone()
+            fits.improved.clone()
         } else {
-            select_calibrations(problem, &blocks, &diagnosis.null).0
+            select_calibrations(problem, &blocks, &fits.null).0
         };
-        path.try_step(kept, Some(&diagnosis.null));
+        path.try_step(kept, Some(&fits.null));
     }
     // What was found outside the library stands in the place of what explains a part within.
     let outside = !path.discovered.is_empty();
     if outside {
         progress("adding what was found", 0.75);
-        path.try_step(diagnosis.improved.clone(), Some(&diagnosis.full));
+        path.try_step(fits.improved.clone(), Some(&fits.full));
     }
-    for (k, full) in diagnosis.chosen.iter().enumerate().filter(|_| !outside) {
+    for (k, full) in fits.chosen.iter().enumerate().filter(|_| !outside) {
         progress("adding what was found", 0.75 + 0.05 * k as f64);
         // The last of them is what the diagnosis keeps.
-        let last = k + 1 == diagnosis.chosen.len();
+        let last = k + 1 == fits.chosen.len();
         let kept = if last {
-            diagnosis.improved.clone()
+            fits.improved.clone()
         } else {
             select_calibrations(problem, &blocks, full).0
         };
@@ -302,16 +320,27 @@ pub fn improve(
         }
         _ => diagnosis.verdict,
     };
-    if let Some(fitted) = reached.as_ref().filter(|f| !rules::within_noise(problem, &f.residuals)) {
-        diagnosis.unexplained = localize(&problem.logs, &fitted.residuals, logs);
-    }
-    let told = diagnosis.incomplete.iter().any(|undone| matches!(undone, Incomplete::Further));
+    let beyond = reached.as_ref().filter(|f| !rules::within_noise(problem, &f.residuals));
+    let unexplained = match beyond {
+        Some(fitted) => localize(&problem.logs, &fitted.residuals, logs),
+        None => diagnosis.unexplained.clone(),
+    };
+    let mut incomplete = diagnosis.incomplete.clone();
+    let told = incomplete.iter().any(|undone| matches!(undone, Incomplete::Further));
     if problem.is_late() && verdict == DiagnosisVerdict::UnknownEffect && !told {
-        diagnosis.incomplete.push(Incomplete::Further);
+        incomplete.push(Incomplete::Further);
     }
-    let held_out_logs = held_out.map_or(Vec::new(), |h| h.names.clone());
-    let fitted = reached;
-    Ok(Improvement { steps, rejected, verdict, discovered, diagnosis, fitted, held_out_logs })
+    let improvement = Improvement {
+        steps,
+        rejected,
+        verdict,
+        discovered,
+        diagnosis,
+        unexplained,
+        incomplete,
+        held_out_logs: held_out.map_or(Vec::new(), |h| h.names.clone()),
+    };
+    Ok(Improved { improvement, diagnosis: fits, fitted: reached })
 }
 
 /// The effects that a step has for the first time; a joint may have several of one kind.

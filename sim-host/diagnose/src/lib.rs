@@ -60,7 +60,8 @@ mod search;
 
 pub use confuse::Confusable;
 pub use diagnosis::{
-    Candidate, Diagnosis, DiagnosisVerdict, Incomplete, ProgressCallback, diagnose,
+    Candidate, Diagnosed, Diagnosis, DiagnosisFits, DiagnosisVerdict, Incomplete, ProgressCallback,
+    diagnose,
 };
 pub use explanation::{Explanation, ExplanationReason, ImprovedChannel, explain, reason_of_best};
 pub use found::FittedEffect;

@@ -8,7 +8,7 @@
 //!
 //! Left out: a distribution that is not normal, such as one of a value at its bound, which is told.
 
-use crate::improve::Improvement;
+use crate::improve::{Improved, Improvement};
 use crate::score;
 use nalgebra::{DMatrix, DVector};
 use trueweld_estimate::encoder_noise;
@@ -59,7 +59,7 @@ const POSTERIOR_FIT_STEPS: usize = 6;
 pub fn posterior(
     problem: &FitProblem,
     logs: &[Log],
-    improvement: &Improvement,
+    improved: &Improved,
     robot: &RobotFile,
 ) -> Result<Posterior, PosteriorError> {
     let mut files = Vec::new();
@@ -67,9 +67,10 @@ pub fn posterior(
         files.push(FileDigest::of_file("log", path)?.sha256);
     }
     let campaign = sha256(files.concat().as_bytes());
-    let of = of_fit(problem, logs, &with_all_calibrations(problem, improvement)?, robot)?;
+    let of = of_fit(problem, logs, &with_all_calibrations(problem, improved)?, robot)?;
     // The score that the improvement tells, where nothing was fitted.
-    let told = improvement.steps.last().map(|step| step.held_out).filter(|s| s.is_finite());
+    let told =
+        improved.improvement.steps.last().map(|step| step.held_out).filter(|s| s.is_finite());
     Ok(Posterior { campaign, score: told.unwrap_or(of.score), ..of })
 }
 
@@ -112,16 +113,15 @@ pub fn of_fit(
 /// diagnosis has made, or else a new one.
 fn with_all_calibrations(
     problem: &FitProblem,
-    improvement: &Improvement,
+    Improved { diagnosis, fitted, .. }: &Improved,
 ) -> Result<Fitted, PredictError> {
     let places = |point: &FitState| {
         let mut all: Vec<_> = effects(point).map(|e| (e.kind.id, format!("{:?}", e.at))).collect();
         all.sort();
         all
     };
-    let diagnosis = &improvement.diagnosis;
     let made = || [&diagnosis.null, &diagnosis.full].into_iter().chain(&diagnosis.chosen);
-    let Some(reached) = &improvement.fitted else { return Ok(diagnosis.null.clone()) };
+    let Some(reached) = fitted else { return Ok(diagnosis.null.clone()) };
     let wanted = places(&reached.point);
     if let Some(fitted) = made().find(|fitted| places(&fitted.point) == wanted) {
         return Ok(fitted.clone());

@@ -89,7 +89,8 @@ fn what_no_other_log_foretells_is_told_by_leaving_logs_out() {
 fn a_diagnosis_whose_time_is_up_says_what_it_left_undone() {
     let (mut problem, logs) = ready(|name| name == "static");
     problem.deadline = Some(Instant::now());
-    let late = diagnose(&problem, &logs, &|_, _| ()).unwrap();
+    let found = diagnose(&problem, &logs, &|_, _| ()).unwrap();
+    let late = &found.diagnosis;
     assert!(late.candidates.is_empty());
     assert!(
         late.incomplete.iter().any(|undone| matches!(undone, Incomplete::Search)),
@@ -97,7 +98,7 @@ fn a_diagnosis_whose_time_is_up_says_what_it_left_undone() {
         late.incomplete
     );
     // The calibrations stand where nothing is known of them.
-    assert_eq!(late.null.point.free.len(), calibrations(&problem).free.len());
+    assert_eq!(found.fits.null.point.free.len(), calibrations(&problem).free.len());
 }
 
 #[test]

@@ -5,6 +5,8 @@
 //! fast as the feed has them.
 
 use nalgebra::{Vector3, Vector6};
+use schemars::JsonSchema;
+use serde::Serialize;
 use trueweld_core::{JOINTS, JointParameters, JointVector, Robot, Twist, Wrench};
 use trueweld_plant::input::{Process, Weld};
 use trueweld_plant::process::planned;
@@ -23,35 +25,50 @@ pub struct PlacedSeam<'a> {
     pub seam: &'a Seam,
 }
 
-/// The arm at one place of a weld.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The arm at one place of the weld.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "ArmPlace", deny_unknown_fields)]
 pub struct ArmAt {
     /// Path position, m.
-    pub path: f64,
+    pub path_m: f64,
     /// Joint angles that hold the tool on its line, rad.
+    #[serde(skip)]
     pub posture: JointVector<f64>,
     /// Inertia that each drive moves, rotor and links, kg·m².
+    #[serde(skip)]
     pub inertia: JointVector<f64>,
     /// Lowest natural frequency with the motors locked, rad/s.
-    pub mode: f64,
-    /// Stiffness that the tool meets along its axis, arm and material in series, N/m.
-    pub stiffness: f64,
+    pub mode_rad_s: f64,
+    // Arm and material in series.
+    /// Stiffness that the tool meets along its axis, N/m.
+    pub stiffness_n_m: f64,
     /// Stiffness of the arm along each axis of W by itself, N/m: 1/(nᵀ J K⁻¹ Jᵀ n).
+    #[serde(skip)]
     pub cartesian: Vector3<f64>,
     /// Inertia of the drives along the tool's axis, kg.
+    #[serde(skip)]
     pub mass: f64,
-    /// Torque of each drive in the steady part with its friction, over what it may give.
-    pub torque: JointVector<f64>,
-    /// Speed of each joint at full feed, over what it may do.
-    pub speed: JointVector<f64>,
+    // In the steady part, with its friction.
+    /// Torque of each drive over what it may give.
+    #[schemars(with = "Vec<f64>")]
+    pub torque: [f64; JOINTS],
+    // At full feed.
+    /// Speed of each joint over what it may do.
+    #[schemars(with = "Vec<f64>")]
+    pub speed: [f64; JOINTS],
     /// Where the planned load takes a tool that nothing corrects, from its line, axes of W: m and
     /// rad. Along z the force loop presses as deep as it needs.
+    #[serde(skip)]
     pub displacement: Twist<f64>,
-    /// Correction of the set-point that the planned load asks for: m and rad.
-    pub correction: [f64; 2],
+    /// Correction that the planned load asks for, m.
+    pub correction_m: f64,
+    /// The same in orientation, rad.
+    pub correction_rad: f64,
     /// Angle between the axes of A4 and A6, at most a right angle, rad: 0 where they are collinear.
+    #[serde(skip)]
     pub collinearity: f64,
     /// Least angle between a joint and an end of its range, rad.
+    #[serde(skip)]
     pub to_limit: f64,
 }
 
@@ -97,17 +114,18 @@ impl ArmAt {
             (angle - low).min(high - angle)
         });
         Some(Self {
-            path,
+            path_m: path,
             posture: *posture,
             inertia,
-            mode,
-            stiffness: (process.depth_stiffness.recip() + compliance.z).recip(),
+            mode_rad_s: mode,
+            stiffness_n_m: (process.depth_stiffness.recip() + compliance.z).recip(),
             cartesian: compliance.map(f64::recip),
             mass: lever.component_mul(&lever).component_div(&inertia).sum().recip(),
-            torque: (spring.abs() + lost).component_div(&rated(|joint| joint.max_torque)),
-            speed: rate.abs().component_div(&rated(|joint| joint.max_rate)),
+            torque: (spring.abs() + lost).component_div(&rated(|joint| joint.max_torque)).into(),
+            speed: rate.abs().component_div(&rated(|joint| joint.max_rate)).into(),
             displacement: -asked,
-            correction: [asked.linear.x.hypot(asked.linear.y), asked.angular.norm()],
+            correction_m: asked.linear.x.hypot(asked.linear.y),
+            correction_rad: asked.angular.norm(),
             collinearity: a4.cross(&a6).norm().atan2(a4.dot(&a6).abs()),
             to_limit: to_limit.fold(f64::INFINITY, f64::min),
         })

@@ -4,6 +4,8 @@
 //! [`WELD_FIGURES`](crate::WELD_FIGURES), [`MARGIN_FIGURES`](crate::margins::MARGIN_FIGURES) and
 //! [`FAULT_FIGURES`](crate::certify::FAULT_FIGURES). Limits, results and pages follow from them.
 
+use trueweld_plant::serialize_as_text;
+
 /// A figure of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Figure {
@@ -15,7 +17,13 @@ pub struct Figure {
     pub unit: &'static str,
 }
 
+serialize_as_text!(Figure::key);
+
 impl Figure {
+    fn key(&self) -> &'static str {
+        self.key
+    }
+
     /// The phase of the weld that it is of, where its key names one; nothing for the steady part
     /// and for what is of no phase.
     pub fn phase(&self) -> &'static str {

@@ -16,6 +16,7 @@ use trueweld_compensators::Entry;
 use trueweld_core::Robot;
 use trueweld_plant::input::Sensors;
 use trueweld_plant::sensors::{Failure, Instrument, InstrumentFault};
+use trueweld_plant::serialize_as_text;
 use trueweld_plant::simulate::{RunError, Scenario, Seam, run_after};
 
 /// One change of the scenario.
@@ -52,9 +53,21 @@ pub enum VariedQuantity {
     Lost,
 }
 
+serialize_as_text!(VariedQuantity::key);
+
 impl VariedQuantity {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::StiffnessError, Self::Noise, Self::Delay, Self::Lost];
+
+    /// Its key in results.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::StiffnessError => "stiffness_error",
+            Self::Noise => "noise_factor",
+            Self::Delay => "delay_periods",
+            Self::Lost => "lost_share",
+        }
+    }
 
     /// The changes of its sweep.
     pub fn changes(self) -> &'static [ScenarioChange] {
@@ -96,6 +109,8 @@ pub enum NoFigures {
     #[error("the steady part is not reached")]
     NotSteady,
 }
+
+serialize_as_text!(NoFigures::to_string);
 
 /// What a run came to: the figures of its last pass.
 pub type SweepPoint = Result<WeldFigures, NoFigures>;

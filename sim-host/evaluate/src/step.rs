@@ -1,26 +1,28 @@
 //! Figures of the response to a step of the force set-point.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use trueweld_plant::simulate::{LimitSpan, RecordRow, Recording, limit_spans};
 
 /// Response of one controller to a step of the push. "5 %" and overshoot are of the step's height.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct StepFigures {
     /// Name of the controller.
+    #[serde(rename = "name")]
     pub controller: &'static str,
-    /// First time after the step at which the push is within 5 % of the set-point, s; `None` where
-    /// it never is.
-    pub first_within_5pct: Option<f64>,
-    /// Time after which the push stays within 5 % of the set-point, s; `None` where it does not.
-    pub settle_5pct: Option<f64>,
-    /// Overshoot over the step's height.
+    /// First time within 5 % of the set-point, s.
+    pub first_within_5pct_s: Option<f64>,
+    /// Time from which the push stays within 5 % of the set-point, s.
+    pub settle_5pct_s: Option<f64>,
+    /// Overshoot as a share of the step.
     pub overshoot: f64,
     /// Mean push less set-point over the last half second, N.
-    pub static_error: f64,
-    /// Largest departure of the push from that mean over the last half second, N: the ripple of the
-    /// spindle.
-    pub ripple: f64,
-    /// What stood at a limit, the longest first: a push that drives cannot bring is no force loop's
-    /// fault.
+    pub static_error_n: f64,
+    /// Largest departure from that mean, N.
+    pub ripple_n: f64,
+    // A push that drives cannot bring is no force loop's fault.
+    /// What stood at a limit, the longest first; left out where nothing did.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub limits: Vec<LimitSpan>,
 }
 
@@ -50,12 +52,12 @@ impl StepFigures {
         let mean = tail.iter().sum::<f64>() / tail.len() as f64;
         Some(Self {
             controller: recording.controller,
-            first_within_5pct: first,
-            settle_5pct: settle,
+            first_within_5pct_s: first,
+            settle_5pct_s: settle,
             overshoot: highest / height.abs(),
-            static_error: mean - goal,
-            ripple: tail.iter().map(|v| (v - mean).abs()).fold(0.0, f64::max),
-            limits: limit_spans(rows, &recording.max_torque),
+            static_error_n: mean - goal,
+            ripple_n: tail.iter().map(|v| (v - mean).abs()).fold(0.0, f64::max),
+            limits: limit_spans(recording),
         })
     }
 }

@@ -3,9 +3,9 @@
 
 use crate::figure::{Figure, FigureOf, share_of_limit, within};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 use trueweld_core::control::Limited;
-use trueweld_core::{Fault, JOINTS, JointVector};
+use trueweld_core::{JOINTS, JointVector};
 use trueweld_plant::input::{Process, Weld};
 use trueweld_plant::simulate::{
     HealthWarning, LimitSpan, Phase, RecordRow, Recording, health_warnings, limit_spans,
@@ -155,85 +155,114 @@ impl DriveLoad {
 }
 
 /// How far the tool left its line in the steady part of one weld.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
 pub struct WeldFigures {
-    /// Across the seam (y of W), m.
+    /// Deviation across the seam, m.
+    #[serde(rename = "lateral_m")]
     pub lateral: Spread,
-    /// Along the seam (x of W), m.
+    /// Deviation along the seam, m.
+    #[serde(rename = "longitudinal_m")]
     pub longitudinal: Spread,
-    /// Into the material from the plate's surface (z of W), m.
+    /// Depth below the plate's surface, m.
+    #[serde(rename = "depth_m")]
     pub depth: Spread,
     /// Angle between the real and the nominal tool axis, rad.
+    #[serde(rename = "tilt_rad")]
     pub tilt: Spread,
     /// Its part across the seam, about x of W, rad.
+    #[serde(skip)]
     pub side_tilt: Spread,
     /// Its part along the seam, about y of W, rad: what the travel angle is off by.
+    #[serde(skip)]
     pub travel_angle: Spread,
-    /// The push.
+    /// Push on the plate, N.
+    #[serde(rename = "force_n")]
     pub force: ForceFigures,
-    /// Share of each joint in the lateral deviation before correction: what the torsion that the
-    /// process adds to it displaces ([`RecordRow::lateral_by_joint`]), over the deviation less the
-    /// correction, both averaged along the seam with the sign of that difference. To first order
-    /// the shares sum to 1.
-    pub joint_share: JointVector<f64>,
-    /// Largest lateral deviation over half the pin's diameter: below 1 the seam is met.
-    pub of_half_pin: f64,
+    // What the torsion that the process adds to a joint displaces, over the deviation less the
+    // correction, both averaged along the seam with the sign of that difference. To first order the
+    // shares sum to 1.
+    /// Share of each joint's twist in the lateral deviation, A1 to A6.
+    #[schemars(with = "Vec<f64>")]
+    pub joint_share: [f64; JOINTS],
+    /// Half the pin's diameter, m: what the lateral deviation is to stay within.
+    pub half_pin_m: f64,
     /// Largest correction of the set-point in the whole run: translation in m, rotation in rad.
+    #[serde(skip)]
     pub correction: [f64; 2],
-    /// Largest lateral deviation from the closing of the force loop to full feed, m: the transient
-    /// before the steady part.
-    pub lateral_before: f64,
+    // From the closing of the force loop to full feed.
+    /// Largest lateral deviation before the steady part, m.
+    pub lateral_before_m: f64,
     /// The parts beside the steady one, in the order of [`WELD_PHASES`].
+    #[serde(skip)]
     pub phases: [PhaseFigures; 3],
-    /// Rows in which some limit was reached or a fault was raised, whole run.
+    /// Rows of the recording at a limit or with a fault.
     pub limited_rows: usize,
-    /// The first of them.
+    /// Where the run first was at a limit or faulted.
     pub first_limit: Option<FirstLimit>,
     /// What was at a limit, the longest first.
     pub limits: Vec<LimitSpan>,
+    /// What the drives gave in the steady part, A1 to A6.
+    #[schemars(with = "Vec<DriveLoad>")]
+    pub drives: [DriveLoad; JOINTS],
+    /// Time in the steady part in which a drive stood at its torque or its speed limit, s.
+    pub at_limit_s: f64,
     /// What the watch beside the law warned of, the first first.
     pub health: Vec<HealthWarning>,
-    /// What the drives give in the steady part, A1 to A6.
-    pub drives: [DriveLoad; JOINTS],
-    /// Time in the steady part in which any drive stands at its torque or its speed limit, s.
-    pub at_limit: f64,
-    /// Whether it is the weld that was asked for, quantity by quantity.
+    /// `pass` where every figure of `judged` is within its tolerance, else `fail`.
+    #[serde(rename = "verdict", serialize_with = "verdict")]
+    #[schemars(with = "String")]
+    pub met: bool,
+    /// Whether it is the weld that was asked for, figure by figure.
+    #[schemars(with = "Vec<JudgedFigure>")]
     pub judged: [JudgedFigure; 8],
 }
 
-/// Where a run first came to a limit or a fault.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Where a run first was at a limit or faulted, and what was held.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "FirstLimitResult", deny_unknown_fields)]
 pub struct FirstLimit {
     /// Time, s.
-    pub time: f64,
+    pub time_s: f64,
     /// Where the run was in its program.
     pub phase: Phase,
-    /// What was held at a limit.
-    pub limited: Limited,
+    /// The torque of some drive.
+    pub torque: bool,
+    /// What the force loop adds.
+    pub force_loop: bool,
+    /// The compensation.
+    pub compensation: bool,
     /// The fault, if there was one.
-    pub fault: Option<Fault>,
+    pub fault: Option<String>,
 }
 
 impl FirstLimit {
     /// Of a whole run; `None` where there was none.
     pub fn of(recording: &Recording) -> Option<Self> {
-        let &RecordRow { time, phase, limited, fault, .. } =
+        let &RecordRow { time: time_s, phase, limited, fault, .. } =
             recording.rows.iter().find(|r| held(r))?;
-        Some(Self { time, phase, limited, fault })
+        let Limited { torque, force_loop, compensation } = limited;
+        let fault = fault.map(|fault| format!("{fault:?}"));
+        Some(Self { time_s, phase, torque, force_loop, compensation, fault })
     }
 }
 
-/// A figure of a weld against what it is to be.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A figure of a weld against what it is to be, in the unit of its key.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "JudgedFigureResult", deny_unknown_fields)]
 pub struct JudgedFigure {
-    /// Which.
+    /// Key of the figure.
     pub figure: Figure,
-    /// What it came to, SI units: of deviations the largest, of push and speed the mean.
+    // Of deviations the largest, of push and speed the mean.
+    /// What it came to.
+    #[schemars(with = "Option<f64>")]
     pub value: f64,
     /// What it is to be.
     pub expected: f64,
     /// How far from that it may be.
     pub tolerance: f64,
+    /// Whether it is within that.
+    pub met: bool,
 }
 
 impl JudgedFigure {
@@ -245,11 +274,6 @@ impl JudgedFigure {
     /// How much of its tolerance that takes up: above 1 where it is not met.
     pub fn share(&self) -> f64 {
         share_of_limit(self.off(), 0.0, self.tolerance)
-    }
-
-    /// True where the figure is within its tolerance, false where it is not a number.
-    pub fn is_met(&self) -> bool {
-        within(self.off(), self.tolerance)
     }
 }
 
@@ -365,8 +389,10 @@ pub static WELD_FIGURES: [FigureOf<WeldFigures>; 37] = [
     FigureOf::new("speed_share_max", "speed of a drive, largest", "1", |f| {
         f.judged[DRIVE_SPEED_FIGURE].off()
     }),
-    FigureOf::new("at_limit_s", "time at a limit of a drive", "s", |f| f.at_limit),
-    FigureOf::new("lateral_before_m", "lateral before the steady part", "m", |f| f.lateral_before),
+    FigureOf::new("at_limit_s", "time at a limit of a drive", "s", |f| f.at_limit_s),
+    FigureOf::new("lateral_before_m", "lateral before the steady part", "m", |f| {
+        f.lateral_before_m
+    }),
     FigureOf::new("correction_m", "correction, translation", "m", |f| f.correction[0]),
     FigureOf::new("correction_rad", "correction, rotation", "rad", |f| f.correction[1]),
     FigureOf::new("start.lateral_rms_m", "lateral at the start, RMS", "m", |f| {
@@ -425,11 +451,6 @@ pub static WELD_FIGURES: [FigureOf<WeldFigures>; 37] = [
 ];
 
 impl WeldFigures {
-    /// True where it is the weld that was asked for, in every quantity that is judged.
-    pub fn is_met(&self) -> bool {
-        self.judged.iter().all(JudgedFigure::is_met)
-    }
-
     /// Figures of one recording. `None` where the run never reached its steady part.
     pub fn of(recording: &Recording) -> Option<Self> {
         let steady: Vec<&RecordRow> =
@@ -461,6 +482,7 @@ impl WeldFigures {
         let (drives, at_limit) = DriveLoad::all(recording);
         let before =
             recording.rows.iter().filter(|r| matches!(r.phase, Phase::ForceRamp | Phase::FeedRamp));
+        let judged = judged(recording, &steady, [lateral, longitudinal, tilt], mean_push, &drives);
         Some(Self {
             lateral,
             longitudinal,
@@ -475,25 +497,30 @@ impl WeldFigures {
                 measured_error_rms: measured.rms,
                 reading_error: measured.mean - error.mean,
             },
-            joint_share: if uncorrected > 0.0 { by_joint / uncorrected } else { by_joint },
-            of_half_pin: lateral.max_abs / recording.half_pin,
+            joint_share: if uncorrected > 0.0 { by_joint / uncorrected } else { by_joint }.into(),
+            half_pin_m: recording.half_pin,
             correction: [
                 Spread::of(recording.rows.iter().map(|r| r.correction_w.linear.norm())).max_abs,
                 Spread::of(recording.rows.iter().map(|r| r.correction_w.angular.norm())).max_abs,
             ],
-            lateral_before: Spread::of(before.map(|r| r.deviation_w.linear.y)).max_abs,
+            lateral_before_m: Spread::of(before.map(|r| r.deviation_w.linear.y)).max_abs,
             phases: [0, 1, 2].map(|k| {
                 PhaseFigures::of(recording.rows.iter().filter(|r| part(r.phase) == Some(k)))
             }),
             limited_rows: recording.rows.iter().filter(|r| held(r)).count(),
             first_limit: FirstLimit::of(recording),
-            limits: limit_spans(&recording.rows, &recording.max_torque),
-            health: health_warnings(&recording.rows),
-            judged: judged(recording, &steady, [lateral, longitudinal, tilt], mean_push, &drives),
+            limits: limit_spans(recording),
+            health: health_warnings(&recording.rows, recording.period),
+            met: judged.iter().all(|judged| judged.met),
+            judged,
             drives,
-            at_limit: at_limit * steady.len() as f64 * recording.period,
+            at_limit_s: at_limit * steady.len() as f64 * recording.period,
         })
     }
+}
+
+fn verdict<S: Serializer>(met: &bool, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(if *met { "pass" } else { "fail" })
 }
 
 fn held(row: &RecordRow) -> bool {
@@ -547,6 +574,7 @@ fn judged(
     std::array::from_fn(|k| {
         let (key, label, unit, value, expected, of) = figures[k];
         let tolerance = asked.most(ASKED_FIGURES[k]).map_or(f64::NAN, |most| most * of);
-        JudgedFigure { figure: Figure { key, label, unit }, value, expected, tolerance }
+        let met = within((value - expected).abs(), tolerance);
+        JudgedFigure { figure: Figure { key, label, unit }, value, expected, tolerance, met }
     })
 }

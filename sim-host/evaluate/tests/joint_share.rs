@@ -17,7 +17,7 @@ fn the_parts_of_the_joints_sum_to_the_lateral_deviation() {
             let figures = WeldFigures::of(&recording).expect("a steady part");
             // Left out to first order: the change of gravity's part along the seam, the second order
             // of the torsion and the position loop's error, together 5 % of the 5 mm at most.
-            let total = figures.joint_share.sum();
+            let total = figures.joint_share.iter().sum::<f64>();
             assert!((total - 1.0).abs() < 0.05, "{weld}, {name}: {total}");
             for row in recording.rows.iter().filter(|r| r.phase == Phase::Steady) {
                 let lateral = row.deviation_w.linear.y - row.correction_w.linear.y;

@@ -130,7 +130,7 @@ fn every_way_keeps_to_its_branch_and_within_the_ranges_of_the_joints() {
             assert!(held.beyond_limits(&at.posture).is_none());
             let seam = Seam::of(&of.weld);
             let tool = robot.forward_kinematics(&at.posture);
-            assert!(tool.error_to(&seam.nominal(at.path)).to_vector().amax() < 1e-9);
+            assert!(tool.error_to(&seam.nominal(at.path_m)).to_vector().amax() < 1e-9);
             let least = (0..JOINTS).map(|joint| {
                 let [low, high] = robot.parameters().joints[joint].limits;
                 (at.posture[joint] - low).min(high - at.posture[joint])

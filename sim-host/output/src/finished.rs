@@ -1,5 +1,7 @@
 //! What a command has found, as words, files, pages and recordings are made of it.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::path::Path;
 use trueweld_core::Robot;
 use trueweld_diagnose::discover::Discovery;
@@ -9,7 +11,7 @@ use trueweld_estimate::identify::Identification;
 use trueweld_estimate::identify::plan::{PlanOptions, StiffnessPlan};
 use trueweld_estimate::mistakes::{Found, Registered};
 use trueweld_estimate::residuals::compare::{Comparison, LogComparison, Notice};
-use trueweld_evaluate::certify::{CertifiedWeld, Verdict};
+use trueweld_evaluate::certify::Certificate;
 use trueweld_evaluate::laws::{LawComparison, ScenarioSweep};
 use trueweld_evaluate::study::{
     Confirmation, EnvelopePoint, FoundLimit, GlobalSensitivity, LayoutTask, LimitStudy,
@@ -17,54 +19,79 @@ use trueweld_evaluate::study::{
     StudyRun,
 };
 use trueweld_evaluate::tune::{TunedController, TunedLaw, Tuning};
-use trueweld_evaluate::{StepFigures, UncertainCell, WeldFigures};
+use trueweld_evaluate::{StepFigures, WeldFigures};
 use trueweld_logs::log::Log;
 use trueweld_logs::log::import::Proposal;
 use trueweld_plant::input::{ModelFile, Posterior};
-use trueweld_plant::provenance::{FileDigest, Provenance};
+use trueweld_plant::provenance::Provenance;
 use trueweld_plant::simulate::Recording;
 
-/// Finished welds of one seam.
-#[derive(Debug, Clone, Copy)]
+/// Figures of welds over their steady part (full feed, full push).
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[schemars(rename = "WeldResult", deny_unknown_fields)]
 pub struct WeldReport<'a> {
-    /// The welds, in the order of the table.
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+    /// Every run, in the order of the table.
     pub runs: &'a [WeldRun<'a>],
     /// Factor by which a recording enlarges deviations.
+    #[serde(skip)]
     pub exaggeration: f64,
-    /// What the result is of.
-    pub provenance: &'a Provenance,
 }
 
-/// One finished weld, with what it amounts to and the robot that made it.
-#[derive(Debug, Clone, Copy)]
+/// Figures of one weld.
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[schemars(rename = "WeldRunResult", deny_unknown_fields)]
 pub struct WeldRun<'a> {
     /// What the run left behind.
+    #[serde(flatten)]
     pub recording: &'a Recording,
     /// Its figures.
+    #[serde(flatten)]
     pub figures: &'a WeldFigures,
     /// The robot, to draw it.
+    #[serde(skip)]
     pub robot: &'a Robot<f64>,
+    /// Simulated time, s.
+    simulated_s: f64,
+    /// Time that the simulation took, s: the only figure that differs between equal runs.
+    wall_s: f64,
 }
 
-/// Finished steps, one a controller.
-#[derive(Debug, Clone, Copy)]
+impl<'a> WeldRun<'a> {
+    /// One finished weld, with what it amounts to and the robot that made it.
+    pub fn new(recording: &'a Recording, figures: &'a WeldFigures, robot: &'a Robot<f64>) -> Self {
+        let (simulated_s, wall_s) = (recording.simulated, recording.wall);
+        Self { recording, figures, robot, simulated_s, wall_s }
+    }
+}
+
+/// Responses of the controllers to a step of the push.
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[schemars(rename = "StepResult", deny_unknown_fields)]
 pub struct StepReport<'a> {
-    /// The steps, in the order of the table.
-    pub runs: &'a [StepRun<'a>],
-    /// When the set-point steps, s.
-    pub at: f64,
-    /// By how much, N.
-    pub height: f64,
     /// What the result is of.
     pub provenance: &'a Provenance,
+    /// Every controller.
+    #[serde(rename = "controllers")]
+    pub runs: &'a [StepRun<'a>],
+    /// When the set-point steps, s.
+    #[serde(skip)]
+    pub at: f64,
+    /// By how much, N.
+    #[serde(skip)]
+    pub height: f64,
 }
 
-/// One finished step of the force set-point.
-#[derive(Debug, Clone, Copy)]
+/// One controller's response; "5 %" and overshoot are of the step's height.
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[schemars(rename = "StepResponse", deny_unknown_fields)]
 pub struct StepRun<'a> {
     /// What the run left behind.
+    #[serde(skip)]
     pub recording: &'a Recording,
     /// Its figures.
+    #[serde(flatten)]
     pub figures: &'a StepFigures,
 }
 
@@ -83,31 +110,15 @@ pub struct LawsReport<'a> {
 
 /// A finished certification.
 #[derive(Debug, Clone)]
-pub struct CertifyReport<'a> {
-    /// Name of the law.
-    pub law: String,
-    /// Name of the controller.
-    pub controller: &'static str,
-    /// Passes of one trial.
-    pub passes: usize,
-    /// Seed of the draws.
-    pub seed: u64,
-    /// Whether it was given, in place of the one that follows from the inputs.
+pub struct CertifyReport {
+    /// What was found.
+    pub certificate: Certificate,
+    /// Whether the seed was given, in place of the one that follows from the inputs.
     pub seed_given: bool,
-    /// Share of welds that may fail, and the confidence with which that must be shown.
-    pub asked: [f64; 2],
-    /// Every weld.
-    pub welds: Vec<CertifiedWeld>,
-    /// What is not known of the cell.
-    pub uncertain: &'a UncertainCell,
     /// What the robot file says of its own numbers, in the comment that it begins with.
     pub robot_grade: String,
     /// The command line that comes to the same.
     pub repeat: String,
-    /// The files in which every run is kept, in the folder of the certificate.
-    pub kept: Vec<FileDigest>,
-    /// What the result is of.
-    pub provenance: &'a Provenance,
 }
 
 /// A finished comparison.
@@ -180,18 +191,47 @@ pub struct MistakesReport<'a> {
 }
 
 /// A campaign that was recorded of a simulated cell.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[schemars(rename = "RecordResult", deny_unknown_fields)]
 pub struct RecordReport<'a> {
-    /// Its folder.
+    /// What the result is of; its effects are those of the cell, which the logs' model need not have.
+    pub provenance: &'a Provenance,
+    /// The campaign's folder.
     pub folder: &'a Path,
     /// Name of the robot.
+    #[serde(skip)]
     pub robot: &'a str,
     /// Seed of everything random.
     pub seed: u64,
-    /// The logs as they were read again.
-    pub logs: &'a [Log],
-    /// What the result is of.
-    pub provenance: &'a Provenance,
+    /// The logs, in the protocol's order.
+    pub logs: &'a [RecordedLog],
+}
+
+/// A log that was recorded.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct RecordedLog {
+    /// Its name.
+    pub name: String,
+    /// What was done.
+    pub kind: &'static str,
+    /// Rows.
+    pub rows: usize,
+    /// Time of the first row and of the last, s.
+    pub time_s: [f64; 2],
+}
+
+impl RecordedLog {
+    /// Of a log as it was read again.
+    pub fn of(log: &Log) -> Self {
+        let time = &log.samples.time;
+        Self {
+            name: log.name.clone(),
+            kind: log.kind.name(),
+            rows: time.len(),
+            time_s: [time[0], time[time.len() - 1]],
+        }
+    }
 }
 
 /// Trackers that were registered.
@@ -345,11 +385,4 @@ pub struct ImportReport<'a> {
     pub out: &'a Path,
     /// What the result is of.
     pub provenance: &'a Provenance,
-}
-
-impl CertifyReport<'_> {
-    /// Of every requirement of every weld together.
-    pub fn verdict(&self) -> Verdict {
-        Verdict::of(self.welds.iter().flat_map(|weld| &weld.requirements))
-    }
 }

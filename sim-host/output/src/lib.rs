@@ -32,8 +32,8 @@ pub use error::OutputError;
 pub use file::write_file;
 pub use finished::{
     CertifyReport, CompareReport, DiagnoseReport, IdentifyReport, ImportReport, ImproveReport,
-    LawsReport, LimitsAt, MistakesReport, RecordReport, RegisterReport, StepReport, StepRun,
-    StiffnessPlanReport, StudyLayoutReport, StudyLimitsReport, StudyPaperReport,
+    LawsReport, LimitsAt, MistakesReport, RecordReport, RecordedLog, RegisterReport, StepReport,
+    StepRun, StiffnessPlanReport, StudyLayoutReport, StudyLimitsReport, StudyPaperReport,
     StudySensitivityReport, TuneReport, WeldReport, WeldRun,
 };
 pub use progress::Progress;

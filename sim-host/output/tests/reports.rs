@@ -1,14 +1,13 @@
 //! What every report says on a terminal, word for word, and that its file is valid by its published
-//! schema and reads back as it was written.
+//! schema.
 
 use crate::sample;
-use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::path::PathBuf;
 use trueweld_diagnose::DiagnosisVerdict;
 use trueweld_evaluate::certify::{self, WeakPoint};
 use trueweld_output::{
-    CompareReport, ImproveReport, LawsReport, Report, StepReport, WeldReport, json,
+    CompareReport, ImproveReport, LawsReport, Report, StepReport, WeldReport, schemas,
 };
 
 fn published(name: &str) -> PathBuf {
@@ -16,17 +15,13 @@ fn published(name: &str) -> PathBuf {
 }
 
 /// The text of a report, whose file is tested by the way.
-fn told<R: Report>(report: &R) -> String
-where
-    R::Json: DeserializeOwned + PartialEq + std::fmt::Debug,
-{
+fn told(report: &impl Report) -> String {
     let text = report.json_text();
     let value: Value = serde_json::from_str(&text).unwrap();
     let name = value["schema"].as_str().unwrap().split('/').next().unwrap();
     let schema: Value =
         serde_json::from_str(&std::fs::read_to_string(published(name)).unwrap()).unwrap();
     jsonschema::validate(&schema, &value).unwrap_or_else(|error| panic!("{name}: {error}"));
-    assert_eq!(serde_json::from_str::<R::Json>(&text).unwrap(), report.json());
     let mut wrong = value.clone();
     wrong["a_key_that_no_one_wrote"] = Value::Null;
     assert!(!jsonschema::is_valid(&schema, &wrong), "{name} takes any key");
@@ -41,7 +36,7 @@ fn the_published_schemas_are_those_that_the_program_prints() {
         .collect();
     files.sort();
     let mut names = Vec::new();
-    for (name, schema) in json::schemas() {
+    for (name, schema) in schemas() {
         let file = std::fs::read_to_string(published(name)).unwrap_or_default();
         let printed = format!("{:#}\n", schema.as_value());
         assert!(file == printed, "trueweld schema {name} > docs/schema/{name}.json");
@@ -64,8 +59,8 @@ fn weld() {
 #[test]
 fn a_pass_names_what_is_weak_in_its_headline_and_what_it_does_not_certify() {
     let mut report = sample::certificate();
-    report.passes = 2;
-    let weld = &mut report.welds[0];
+    report.certificate.passes = 2;
+    let weld = &mut report.certificate.welds[0];
     for requirement in &mut weld.requirements {
         (requirement.verdict, requirement.reason) = (certify::Verdict::Pass, None);
     }
@@ -91,15 +86,15 @@ fn a_pass_names_what_is_weak_in_its_headline_and_what_it_does_not_certify() {
     // The control file allows 13 mm, which is all that the requirements limit.
     assert!(page.contains("allows no more than the limit of 13.000 mm"), "{page}");
 
-    report.welds[0].weak_points.clear();
-    report.welds[0].evidence.worst.beyond = 0;
+    report.certificate.welds[0].weak_points.clear();
+    report.certificate.welds[0].evidence.worst.beyond = 0;
     assert!(told(&report).starts_with("PASS. "));
 }
 
 #[test]
 fn step() {
     let mut steps = sample::steps();
-    steps.figures[1].settle_5pct = None;
+    steps.figures[1].settle_5pct_s = None;
     let report = StepReport {
         runs: &steps.runs(),
         at: sample::STEP_AT,

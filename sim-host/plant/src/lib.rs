@@ -56,4 +56,5 @@ pub mod random;
 pub mod robot;
 pub mod seam;
 pub mod sensors;
+mod serialize;
 pub mod simulate;

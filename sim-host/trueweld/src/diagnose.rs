@@ -80,16 +80,16 @@ impl<'a> DiagnoseOptions<'a> {
         let stage = |from: f64, part: f64| {
             move |what: &str, share: f64| progress(WorkProgress::At(what, from + part * share))
         };
-        let mut diagnosis =
-            trueweld_diagnose::diagnose(problem, logs, &stage(0.0, 0.7)).into_diagnostic()?;
-        let discovered = discover(problem, logs, &mut diagnosis, &stage(0.7, 0.15));
-        let mut explanation = explain(problem, logs, &diagnosis, &stage(0.85, 0.15));
+        let diagnosed = trueweld_diagnose::diagnose(problem, logs, &stage(0.0, 0.7)).into_diagnostic()?;
+        let (diagnosed, discovered) = discover(problem, logs, diagnosed, &stage(0.7, 0.15));
+        let mut explanation = explain(problem, logs, &diagnosed, &stage(0.85, 0.15));
         if let Some(discovery) = discovered.first() {
             // The other one would explain apart what explains a part within the library.
             explanation.next_experiment = settling_experiment(problem, logs, discovery);
         }
         let ComparedLogs { before, after, notices } =
-            measured.compared(&diagnosis, &diagnosis.improved.residuals);
+            measured.compared(&diagnosed.fits, &diagnosed.fits.improved.residuals);
+        let diagnosis = diagnosed.diagnosis;
         Ok(CellDiagnosis { diagnosis, explanation, discovered, before, after, notices })
     }
 }

@@ -97,17 +97,17 @@ impl<'a> ImproveOptions<'a> {
         let MeasuredLogs { model, logs, problem, .. } = &*measured;
         let stage = |what: &str, share: f64| progress(WorkProgress::At(what, share));
         let judged = held_out.map(|of| &of.held_out);
-        let improvement = improve::improve(problem, logs, judged, &stage).into_diagnostic()?;
-        let (file, origins) = model_file(&improvement, model, problem);
+        let done = improve::improve(problem, logs, judged, &stage).into_diagnostic()?;
+        let improvement = &done.improvement;
+        let (file, origins) = model_file(improvement, model, problem);
         let posterior = if improvement.is_worse_elsewhere() {
             Err("the values that it would hold predict worse where nothing was fitted".to_owned())
         } else {
-            posterior(problem, logs, &improvement, &model.robot).map_err(|error| error.to_string())
+            posterior(problem, logs, &done, &model.robot).map_err(|error| error.to_string())
         };
-        let at = improvement.fitted.as_ref();
-        let at = at.map_or(&improvement.diagnosis.before, |fitted| &fitted.residuals);
-        let ComparedLogs { before, after, mut notices } =
-            measured.compared(&improvement.diagnosis, at);
+        let fits = &done.diagnosis;
+        let at = done.fitted.as_ref().map_or(&fits.before, |fitted| &fitted.residuals);
+        let ComparedLogs { before, after, mut notices } = measured.compared(fits, at);
         let elsewhere = |step| match held_out {
             Some(of) => of.held_out.compare(&of.logs, step).into_diagnostic(),
             None => Ok((Vec::new(), Vec::new())),
@@ -115,7 +115,7 @@ impl<'a> ImproveOptions<'a> {
         let (given, _) = elsewhere(improvement.first())?;
         let (improved, own) = elsewhere(improvement.last())?;
         notices.extend(own);
-        let reason = reason_of_best(problem, logs, &improvement.diagnosis);
+        let reason = reason_of_best(problem, logs, &improvement.diagnosis, fits);
         Ok(ImprovedModel {
             file,
             origins,
@@ -126,7 +126,7 @@ impl<'a> ImproveOptions<'a> {
             reason,
             notices,
             robot: model.robot.clone(),
-            improvement,
+            improvement: done.improvement,
         })
     }
 }

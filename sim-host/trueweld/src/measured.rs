@@ -5,7 +5,7 @@ use crate::provenance::of_program;
 use miette::{IntoDiagnostic, Result, miette};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use trueweld_diagnose::Diagnosis;
+use trueweld_diagnose::DiagnosisFits;
 use trueweld_diagnose::improve::HeldOut;
 use trueweld_estimate::align::align_clocks;
 use trueweld_estimate::fit::{FitProblem, FitState, residuals};
@@ -161,14 +161,14 @@ impl MeasuredLogs {
     }
 
     /// The logs before a diagnosis and under `best`, and what a person should know of both.
-    pub(crate) fn compared(&self, diagnosis: &Diagnosis, best: &[Prediction]) -> ComparedLogs {
+    pub(crate) fn compared(&self, fits: &DiagnosisFits, best: &[Prediction]) -> ComparedLogs {
         let Self { model, logs, found, problem } = self;
-        let before = of_logs(logs, &problem.logs, &diagnosis.before);
+        let before = of_logs(logs, &problem.logs, &fits.before);
         let after = of_logs(logs, &problem.logs, best);
         let mut notices = notices(logs, &after, best);
         notices.extend(single_loads(logs, &problem.logs, best));
         notices.extend(found.notices());
-        notices.extend(of_each_log(&model.robot, logs, &problem.per_log, &diagnosis.each_log));
+        notices.extend(of_each_log(&model.robot, logs, &problem.per_log, &fits.each_log));
         ComparedLogs { before, after, notices }
     }
 

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Instant;
 use trueweld_diagnose::discover::discover;
-use trueweld_diagnose::{Diagnosis, DiagnosisVerdict, diagnose, fit_calibrations};
+use trueweld_diagnose::{Diagnosed, DiagnosisVerdict, diagnose, fit_calibrations};
 use trueweld_estimate::fit::{self, FitProblem};
 use trueweld_estimate::predict::PredictError;
 use trueweld_estimate::residuals::compare::{baseline, experiments};
@@ -197,15 +197,16 @@ pub fn examine(case: &CorpusCase) -> Result<Judged, CorpusError> {
     let (recipe, hidden, seen) = sized(case)?;
     let mut ready = ready(&recipe)?;
     let start = Instant::now();
-    let mut diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| {})?;
-    let within = judge(&hidden, &recipe, &diagnosis);
-    let discovered = discover(&ready.problem, &ready.logs, &mut diagnosis, &|_, _| {});
+    let found = diagnose(&ready.problem, &ready.logs, &|_, _| {})?;
+    let within = judge(&hidden, &recipe, &found.diagnosis);
+    let (found, discovered) = discover(&ready.problem, &ready.logs, found, &|_, _| {});
     let seconds = start.elapsed().as_secs_f64();
-    let judged = Judged { within, ..judged(case, &recipe, &hidden, seen, &diagnosis, seconds) };
+    let judged = Judged { within, ..judged(case, &recipe, &hidden, seen, &found, seconds) };
+    let Diagnosed { diagnosis, fits } = found;
     let discovered = discovered.first();
     let named =
         diagnosis.candidates.first().filter(|_| diagnosis.verdict != DiagnosisVerdict::Adequate);
-    let null = trueweld_diagnose::held_out_score(&diagnosis.null);
+    let null = trueweld_diagnose::held_out_score(&fits.null);
     let after = discovered
         .map(|law| law.held_out_after)
         .or(named.map(|best| best.held_out_after))
@@ -218,11 +219,7 @@ pub fn examine(case: &CorpusCase) -> Result<Judged, CorpusError> {
         Some(fit_calibrations(&ready.problem, &fit::blocks_of(&ready.problem))?)
     };
     Ok(Judged {
-        scores: [
-            null,
-            after,
-            with_the_truth.as_ref().map_or(null, trueweld_diagnose::held_out_score),
-        ],
+        scores: [null, after, with_the_truth.as_ref().map_or(null, trueweld_diagnose::held_out_score)],
         truth_cost: with_the_truth.map(|fitted| fitted.cost),
         discovered: discovered.map(|law| DiscoveredLaw::of(law, &hidden)),
         ..judged
@@ -234,9 +231,10 @@ fn judged(
     recipe: &Recipe,
     hidden: &Hidden,
     seen: Vec<Visibility>,
-    diagnosis: &Diagnosis,
+    found: &Diagnosed,
     seconds: f64,
 ) -> Judged {
+    let Diagnosed { diagnosis, fits } = found;
     let effects = hidden.effects();
     let outcome = judge(hidden, recipe, diagnosis);
     let (truth, values) = match hidden {
@@ -250,10 +248,11 @@ fn judged(
         ),
     };
     let ties = diagnosis.candidates.first().map_or(&[][..], |c| &c.indistinguishable);
-    let named = diagnosis.candidates.iter().enumerate().map(|(k, c)| Named {
+    let fitted = diagnosis.candidates.iter().zip(&fits.candidates);
+    let named = fitted.enumerate().map(|(k, (c, fitted))| Named {
         effects: c.effects.iter().map(|f| in_words(&f.effect)).collect(),
         probability: c.probability,
-        cost: c.fitted.cost,
+        cost: fitted.cost,
         tie: ties.contains(&k),
     });
     Judged {
@@ -277,7 +276,7 @@ fn judged(
         score_before: diagnosis.score_before,
         scores: [0.0; 3],
         truth_cost: None,
-        answer_cost: answer_cost(diagnosis),
+        answer_cost: answer_cost(found),
         discovered: None,
         within: outcome,
         outcome,
@@ -286,15 +285,15 @@ fn judged(
 }
 
 /// Cost of what was answered; of a calibration, of all of them.
-fn answer_cost(diagnosis: &Diagnosis) -> f64 {
-    let null = diagnosis.null.cost;
+fn answer_cost(Diagnosed { diagnosis, fits }: &Diagnosed) -> f64 {
+    let null = fits.null.cost;
     match diagnosis.verdict {
         DiagnosisVerdict::Adequate => null,
         DiagnosisVerdict::EffectFound => {
-            diagnosis.candidates.first().map_or(null, |best| best.fitted.cost.min(null))
+            fits.candidates.first().map_or(null, |best| best.cost.min(null))
         }
         // The law, or what comes nearest to an explanation.
-        DiagnosisVerdict::UnknownEffect => diagnosis.full.cost,
+        DiagnosisVerdict::UnknownEffect => fits.full.cost,
     }
 }
 

@@ -2,13 +2,32 @@
 //! that was asked for, or it says nothing of them.
 
 use miette::{Result, miette};
+use serde::Deserialize;
+use serde_json::Value;
 use std::path::Path;
 use trueweld_evaluate::WeldFigures;
 use trueweld_evaluate::certify::{ProvenanceDifference, Verdict};
-use trueweld_output::json::CertifyResult;
 use trueweld_output::missed_in_words;
 use trueweld_plant::input::read_text;
-use trueweld_plant::provenance::{Provenance, SimulationRecord};
+use trueweld_plant::provenance::{Provenance, SimulationRecord, sha256};
+
+/// What is asked of a certificate.
+#[derive(Deserialize)]
+pub(crate) struct ReadCertificate {
+    provenance: Provenance,
+    verdict: Verdict,
+    weak: Vec<String>,
+    law: String,
+    sha256: String,
+}
+
+/// A certificate, and the SHA-256 of its text without its own.
+fn read(text: &str) -> serde_json::Result<(ReadCertificate, String)> {
+    let certificate = serde_json::from_str(text)?;
+    let mut unsealed: Value = serde_json::from_str(text)?;
+    unsealed["sha256"] = "".into();
+    Ok((certificate, sha256(format!("{unsealed:#}\n").as_bytes())))
+}
 
 /// Checks that a certificate passes and is of what a run is of: the bytes of every file, options,
 /// effects and the sources of the program. That its runs came out as it states, only
@@ -16,12 +35,12 @@ use trueweld_plant::provenance::{Provenance, SimulationRecord};
 ///
 /// # Errors
 /// What the certificate is of instead; a certificate that does not pass, or is none.
-pub(crate) fn check(path: &Path, run: &Provenance) -> Result<CertifyResult> {
+pub(crate) fn check(path: &Path, run: &Provenance) -> Result<ReadCertificate> {
     let at = format!("--certificate {}", path.display());
     let (_, text) = read_text(path)?;
-    let certificate: CertifyResult = serde_json::from_str(&text)
+    let (certificate, seal) = read(&text)
         .map_err(|error| miette!("{at}: expected certify.json of an evidence folder: {error}"))?;
-    if certificate.seal() != certificate.sha256 {
+    if seal != certificate.sha256 {
         return Err(miette!(
             help = "Take it from the evidence folder again; `certify` writes it anew from the runs that are kept there.",
             "{at}: it is not as `certify` wrote it; expected a text of the SHA-256 that it states"
@@ -57,12 +76,12 @@ pub(crate) fn check(path: &Path, run: &Provenance) -> Result<CertifyResult> {
             "{at} is of something else than this run: {difference}"
         ));
     }
-    if certificate.verdict != Verdict::Pass.name() {
+    if certificate.verdict != Verdict::Pass {
         return Err(miette!(
             help = "Its page certify.html says why.",
             "{at}: the law {} is not certified for this cell; the certificate says {:?}",
             certificate.law,
-            certificate.verdict
+            certificate.verdict.name()
         ));
     }
     Ok(certificate)
@@ -72,8 +91,8 @@ pub(crate) fn check(path: &Path, run: &Provenance) -> Result<CertifyResult> {
 ///
 /// # Errors
 /// A run that is not, whatever the certificate says of other noise.
-pub(crate) fn tell(path: &Path, certificate: &CertifyResult, run: &WeldFigures) -> Result<()> {
-    let missed = run.judged.iter().filter(|judged| !judged.is_met()).map(missed_in_words);
+pub(crate) fn tell(path: &Path, certificate: &ReadCertificate, run: &WeldFigures) -> Result<()> {
+    let missed = run.judged.iter().filter(|judged| !judged.met).map(missed_in_words);
     let missed: Vec<String> = missed.collect();
     if !missed.is_empty() {
         return Err(miette!(

@@ -126,27 +126,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         (CertificationOutcome::Part(_), None) => return Ok(()),
     };
     let report = CertifyReport {
-        law: certificate.law,
-        controller: certificate.controller,
-        passes: certificate.passes,
-        seed: certificate.seed,
         seed_given: certificate.seed != prepared.natural_seed(),
-        asked: certificate.asked,
-        welds: certificate.welds,
-        uncertain: &certificate.uncertain,
+        certificate,
         robot_grade: cells[0].robot_grade()?,
         repeat: repeat::command_line("certify", &ONLY_HERE),
-        kept: certificate.files,
-        provenance: &certificate.provenance,
     };
     write_file(&file, report.json_text())?;
     results.write(&report)?;
     write(&page, &report.page())?;
-    let (kept, repeated) = (certificate.kept, certificate.repeated);
+    let (kept, repeated) = (report.certificate.kept, report.certificate.repeated);
     if kept > 0 {
         say!("{repeated} of {kept} kept runs were made again, and came out as they were kept\n");
     }
-    if report.verdict() != Verdict::Pass {
+    if report.certificate.verdict() != Verdict::Pass {
         std::process::exit(1);
     }
     Ok(())

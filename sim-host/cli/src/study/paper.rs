@@ -106,7 +106,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let welds: Vec<WeldRun<'_>> = welds
         .iter()
         .zip(&of_welds)
-        .map(|(recording, figures)| WeldRun { recording, figures, robot })
+        .map(|(recording, figures)| WeldRun::new(recording, figures, robot))
         .collect();
     let of = |inputs: &WeldingCell| {
         let mut simulation =

@@ -6,7 +6,7 @@ use super::curve::{CurveCandidate, FittedCurve, fit_curve};
 use super::grammar::{self, FittedFormula};
 use super::hypotheses::{self, Hypothesis};
 use super::screen::{ScreenedCurve, curves, likeliest, ports, surfaces};
-use crate::diagnosis::{Diagnosis, DiagnosisVerdict, ProgressCallback, fits_anything};
+use crate::diagnosis::{Diagnosed, DiagnosisVerdict, ProgressCallback, fits_anything};
 use crate::rules;
 use rayon::prelude::*;
 use trueweld_estimate::fit::{FitProblem, Fitted};
@@ -34,10 +34,11 @@ pub(super) struct Library<'a> {
 }
 
 impl<'a> Library<'a> {
-    pub(crate) fn of(problem: &'a FitProblem, diagnosis: &Diagnosis) -> Self {
-        let null = &diagnosis.null;
+    pub(crate) fn of(problem: &'a FitProblem, diagnosed: &Diagnosed) -> Self {
+        let Diagnosed { diagnosis, fits } = diagnosed;
+        let null = &fits.null;
         // A partial explanation within the library may do as well; one that fits anything is none.
-        let within = diagnosis.chosen.iter().chain(diagnosis.candidates.iter().map(|c| &c.fitted));
+        let within = fits.chosen.iter().chain(&fits.candidates);
         let within = within.filter(|fitted| !fits_anything(problem, fitted));
         let within: Vec<&Fitted> = within.chain([null]).collect();
         let least = |of: &dyn Fn(&Fitted) -> f64| {
@@ -45,7 +46,7 @@ impl<'a> Library<'a> {
         };
         let adequate = diagnosis.verdict == DiagnosisVerdict::Adequate;
         let named =
-            diagnosis.chosen.last().filter(|_| diagnosis.verdict == DiagnosisVerdict::EffectFound);
+            fits.chosen.last().filter(|_| diagnosis.verdict == DiagnosisVerdict::EffectFound);
         Self {
             problem,
             before: null.held_out(),

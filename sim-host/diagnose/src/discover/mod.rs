@@ -24,12 +24,14 @@ mod variables;
 pub use hypotheses::Hypothesis;
 
 use crate::calibration_selection::select_calibrations;
-use crate::diagnosis::{Candidate, Diagnosis, DiagnosisVerdict, Incomplete, ProgressCallback};
+use crate::diagnosis::{
+    Candidate, Diagnosed, Diagnosis, DiagnosisFits, DiagnosisVerdict, Incomplete, ProgressCallback,
+};
 use crate::experiment::RIVALS_MAX;
 use crate::experiment::{Plan, next_experiment};
 use crate::found::{FittedEffect, found, found_beside};
 use crate::gate::may_be_named;
-use crate::rules;
+use crate::rules::{self, score};
 use context::DiscoveryContext;
 use curve::FittedCurve;
 use laws::{FreeFormLaw, Library, curves_that_lower_cost, free_form_laws};
@@ -140,66 +142,84 @@ impl FreeSurface {
 /// Share of what is above the floor that an effect of the library may leave to be like a law.
 const LIKE: f64 = 0.1;
 
-/// Looks for a law outside the library where a diagnosis finds that something is missing. Where
-/// there is one that does better than all within the library, the verdict is that the effect is
-/// unknown, the improved model of the diagnosis has the law, and its calibrations and what it leaves
-/// are those of that model. `logs`: those that the diagnosis was made from.
+/// Looks for a law outside the library where a diagnosis finds that something is missing; gives the
+/// diagnosis as it is then. Where there is a law that does better than all within the library, the
+/// verdict is that the effect is unknown, the improved model has the law, and its calibrations and
+/// what it leaves are those of that model. `logs`: those that the diagnosis was made from.
 pub fn discover(
     problem: &FitProblem,
     logs: &[Log],
-    diagnosis: &mut Diagnosis,
+    mut diagnosed: Diagnosed,
     progress: ProgressCallback<'_>,
-) -> Vec<Discovery> {
+) -> (Diagnosed, Vec<Discovery>) {
     // A calibration that is all there is to say leaves nothing to find.
-    if diagnosis.verdict == DiagnosisVerdict::EffectFound && diagnosis.chosen.is_empty() {
-        return Vec::new();
+    let Diagnosis { verdict, chosen, .. } = diagnosed.diagnosis;
+    if verdict == DiagnosisVerdict::EffectFound && chosen == 0 {
+        return (diagnosed, Vec::new());
     }
     if problem.is_late() {
-        diagnosis.incomplete.push(Incomplete::Outside);
-        return Vec::new();
+        diagnosed.diagnosis.incomplete.push(Incomplete::Outside);
+        return (diagnosed, Vec::new());
     }
+    match outside(problem, logs, &diagnosed, progress) {
+        Some((with_law, discovery)) => (with_law, vec![discovery]),
+        None => (diagnosed, Vec::new()),
+    }
+}
+
+/// The law outside the library that does better than all within, and the diagnosis with it.
+fn outside(
+    problem: &FitProblem,
+    logs: &[Log],
+    diagnosed: &Diagnosed,
+    progress: ProgressCallback<'_>,
+) -> Option<(Diagnosed, Discovery)> {
+    let Diagnosed { diagnosis, fits } = diagnosed;
     let blocks = fit::blocks_of(problem);
-    let null = diagnosis.null.clone();
-    let Some(eliminated) = SchurComplement::of(&null.linear) else { return Vec::new() };
-    let eliminated = &eliminated;
+    let null = &fits.null;
+    let eliminated = &SchurComplement::of(&null.linear)?;
     let id = free_name(&problem.known, &[]);
-    let context =
-        DiscoveryContext { problem, logs, blocks: &blocks, null: &null, eliminated, id: &id };
-    let laws = free_form_laws(&context, &Library::of(problem, diagnosis), progress);
-    let Some(best) = laws.first() else { return Vec::new() };
+    let context = DiscoveryContext { problem, logs, blocks: &blocks, null, eliminated, id: &id };
+    let laws = free_form_laws(&context, &Library::of(problem, diagnosed), progress);
+    let best = laws.first()?;
     let inflation = rules::variance_inflation(best.fitted());
     progress("looking for its formula", 0.8);
-    let Some((mut discovery, fitted)) = described(&context, &laws) else {
-        return Vec::new();
-    };
+    let (mut discovery, fitted) = described(&context, &laws)?;
     let effect = std::slice::from_ref(&discovery.effect);
-    if !may_be_named(problem, &blocks, (&null, &fitted), effect) {
-        return Vec::new();
+    if !may_be_named(problem, &blocks, (null, &fitted), effect) {
+        return None;
     }
     discovery.held_out_before = diagnosis.score_before;
     let (improved, _) = select_calibrations(problem, &blocks, &fitted);
     let is_of_calibration = |of| is_calibration(improved.point.effect(of).kind);
-    diagnosis.calibration = found_beside(problem, &improved, &fitted, is_of_calibration);
-    diagnosis.unexplained = match rules::within_noise(problem, &improved.residuals) {
+    let calibration = found_beside(problem, &improved, &fitted, is_of_calibration);
+    let unexplained = match rules::within_noise(problem, &improved.residuals) {
         true => Vec::new(),
         false => localize(&problem.logs, &improved.residuals, logs),
     };
-    diagnosis.improved = improved;
-    diagnosis.full = fitted.clone();
-    let near = |like: &&Candidate| match diagnosis.verdict {
+    let near = |(like, _): &(&Candidate, &Fitted)| match diagnosis.verdict {
         DiagnosisVerdict::EffectFound => true,
         DiagnosisVerdict::Adequate => false,
         _ => like.left < LIKE,
     };
-    let nearest = diagnosis.candidates.first().filter(near);
+    let nearest = diagnosis.candidates.first().zip(fits.candidates.first()).filter(near);
     discovery.like = nearest.and_then(|like| nearest_effect(&context, &best.curve, like));
-    diagnosis.verdict = DiagnosisVerdict::UnknownEffect;
     // What is found outside the library stands beside what was tried within.
-    for candidate in &mut diagnosis.candidates {
-        let worse = (candidate.fitted.cost - fitted.cost).max(0.0) / inflation;
-        candidate.probability *= (-0.5 * worse).exp();
-    }
-    vec![discovery]
+    let beside = diagnosis.candidates.iter().zip(&fits.candidates).map(|(candidate, within)| {
+        let worse = (within.cost - fitted.cost).max(0.0) / inflation;
+        let probability = candidate.probability * (-0.5 * worse).exp();
+        Candidate { probability, ..candidate.clone() }
+    });
+    let diagnosis = Diagnosis {
+        verdict: DiagnosisVerdict::UnknownEffect,
+        score_after: score(&improved.residuals),
+        candidates: beside.collect(),
+        calibration,
+        unexplained,
+        ..diagnosis.clone()
+    };
+    let fits = DiagnosisFits { full: fitted, improved, ..fits.clone() };
+    Some((Diagnosed { diagnosis, fits }, discovery))
 }
 
 /// The law outside the library that lowers blocks left out the most beside all that a fit has,
@@ -289,15 +309,15 @@ fn described(context: &DiscoveryContext<'_>, laws: &[FreeFormLaw]) -> Option<(Di
 fn nearest_effect(
     context: &DiscoveryContext<'_>,
     curve: &FittedCurve,
-    like: &Candidate,
+    (like, fitted): (&Candidate, &Fitted),
 ) -> Option<LikeEffect> {
     let problem = context.problem;
-    let mut without = like.fitted.point.clone();
+    let mut without = fitted.point.clone();
     without.reset(|effect| !is_calibration(effect.kind));
     let without = fit::residuals(problem, &without).ok()?;
     let changes: Vec<Vec<f64>> = without
         .iter()
-        .zip(&like.fitted.residuals)
+        .zip(&fitted.residuals)
         .map(|(without, with)| {
             without.residual.iter().zip(&with.residual).map(|(a, b)| a - b).collect()
         })

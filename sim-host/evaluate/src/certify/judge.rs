@@ -11,8 +11,10 @@ use crate::figure::{Limit, share_of_limit};
 use crate::margins::{Condition, MARGIN_FIGURES, Margins};
 use crate::requirements::{Faults, Requirements};
 use crate::weld::DriveLoad;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trueweld_core::JOINTS;
+use trueweld_plant::serialize_as_text;
 
 /// Which runs a requirement is judged by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,8 +47,10 @@ impl EvidenceKind {
     }
 }
 
+serialize_as_text!(EvidenceKind::name, Verdict::name);
+
 /// What the runs say of a requirement, the better first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// It is met, with the confidence asked for.
@@ -113,34 +117,40 @@ pub struct Evidence {
 }
 
 /// How many of the draws were beyond a limit, and what that shows.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Beyond {
-    /// Trials beyond the limit.
+    /// Draws beyond the limit.
+    #[schemars(with = "Option<usize>")]
     pub beyond: usize,
-    /// The probability of a weld beyond the limit is at most this, with the confidence asked for.
+    // With the confidence asked for.
+    /// Largest probability of a weld beyond the limit that the draws leave open.
+    #[schemars(with = "Option<f64>")]
     pub failure_probability: f64,
 }
 
 /// One requirement, judged.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Requirement {
-    /// Which runs it is judged by.
+    /// Which runs it is judged by: `nominal`, `draws`, `rare`, `worst-case`, `margins` or `faults`.
     pub case: EvidenceKind,
-    /// Key of its figure: one of [`WELD_FIGURES`](crate::WELD_FIGURES), [`MARGIN_FIGURES`] or
-    /// [`FAULT_FIGURES`].
+    // One of [`WELD_FIGURES`](crate::WELD_FIGURES), [`MARGIN_FIGURES`] or [`FAULT_FIGURES`].
+    /// Key of the figure.
     pub name: &'static str,
-    /// The limit, SI units: the most that is allowed, and of margins the least.
+    /// The most that is allowed, of margins the least, in the unit of the key.
     pub limit: f64,
-    /// What was reached. Of draws: the figure that all but the allowed share of them stay within.
+    /// What was reached; of draws what all but the allowed share stay within.
+    #[schemars(with = "Option<f64>")]
     pub achieved: f64,
-    /// With which confidence the requirement is shown: of draws that asked for; of runs that come
-    /// out the same every time, 1.
+    // Of draws that asked for; of runs that come out the same every time, 1.
+    /// Confidence with which it is shown.
     pub confidence: f64,
     /// Of draws, and of rare failures.
+    #[serde(flatten)]
     pub draws: Option<Beyond>,
-    /// What the runs say of it.
+    /// `pass`, `not-shown` or `fail`.
     pub verdict: Verdict,
     /// Why it is not met or not shown; `None` where it is met.
+    #[serde(skip)]
     pub reason: Option<Reason>,
 }
 
@@ -268,7 +278,7 @@ fn rare(confidence: f64, found: &RareFailure) -> Requirement {
     let at_least = found.subset.at_least(confidence);
     let verdict = Verdict::of_probability(bound, at_least, found.allowed);
     let last = found.subset.levels.last();
-    let beyond = last.map_or(0, |level| (level.share * level.points as f64).round() as usize);
+    let beyond = last.map_or(0, |level| (level.share * level.cells as f64).round() as usize);
     Requirement {
         case: EvidenceKind::Rare,
         name: RARE_FIGURE.key,
@@ -334,8 +344,8 @@ fn margin(map: &[Margins], limit: &Limit) -> Requirement {
     let verdict = Verdict::of_figure(least.map(|_| achieved >= limit));
     let why = || match least {
         None => Reason::NoRun,
-        Some((Margins { of, held, spectral_radius, channels: None, .. }, ..)) => {
-            Reason::Unstable { of: *of, held: *held, spectral_radius: *spectral_radius }
+        Some((Margins { of, held_at_a_limit, spectral_radius, channels: None, .. }, ..)) => {
+            Reason::Unstable { of: *of, held: *held_at_a_limit, spectral_radius: *spectral_radius }
         }
         Some((margins, _, channel)) => Reason::Margin { of: margins.of, channel },
     };
@@ -390,15 +400,18 @@ pub fn weak_points(judged: &[Requirement], map: &[Margins]) -> Vec<WeakPoint> {
     .collect()
 }
 
-/// What one drive gave in the steady part of all welds.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+/// What one drive gave in the steady part.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "DriveEvidence", deny_unknown_fields)]
 pub struct DriveUse {
+    /// Which, as in `A1`.
+    pub drive: String,
     /// In the cell as it is believed to be.
     pub nominal: DriveLoad,
     /// The most in any drawn cell, number by number.
     pub drawn: DriveLoad,
-    /// Drawn cells in which it stood at a limit.
-    pub at_limit: usize,
+    /// Drawn cells in which it stood at a limit of torque or speed.
+    pub cells_at_limit: usize,
 }
 
 impl DriveUse {
@@ -407,14 +420,14 @@ impl DriveUse {
         let loads = |trial: &Trial| trial.symptoms.map_or(Default::default(), |s| s.drives);
         let nominal: [DriveLoad; JOINTS] = loads(&evidence.nominal);
         std::array::from_fn(|joint| {
-            let drawn = evidence.trials.iter().map(|trial| loads(trial)[joint]);
-            let start = Self { nominal: nominal[joint], ..Self::default() };
-            drawn.fold(start, |all, one| Self {
-                drawn: all.drawn.most(&one),
-                at_limit: all.at_limit
-                    + usize::from(one.at_torque_limit > 0.0 || one.at_speed_limit > 0.0),
-                ..all
-            })
+            let drawn = || evidence.trials.iter().map(|trial| loads(trial)[joint]);
+            let at_limit = |one: &DriveLoad| one.at_torque_limit > 0.0 || one.at_speed_limit > 0.0;
+            Self {
+                drive: format!("A{}", joint + 1),
+                nominal: nominal[joint],
+                drawn: drawn().fold(DriveLoad::default(), |most, one| most.most(&one)),
+                cells_at_limit: drawn().filter(at_limit).count(),
+            }
         })
     }
 }

@@ -8,6 +8,8 @@ use super::{Criterion, SampledCell, Trial, largest_share};
 use crate::figure::Figure;
 use crate::requirements::Requirements;
 use crate::uncertain::UncertainCell;
+use schemars::JsonSchema;
+use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// What a rare failure is judged by.
@@ -20,15 +22,15 @@ pub(crate) const FEWEST_DRAWS: usize = 100;
 /// The simulation ends where failures are rarer than this share of what is allowed.
 const ENOUGH: f64 = 0.1;
 
-/// What a subset simulation of a weld's failures comes to.
-#[derive(Debug, Clone, PartialEq)]
+/// A subset simulation.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "RareEvidence", deny_unknown_fields)]
 pub struct RareFailure {
-    /// What was allowed.
+    /// Probability of a weld beyond a limit that is allowed.
     pub allowed: f64,
     /// Levels, probability and its error.
+    #[serde(flatten)]
     pub subset: Subset,
-    /// Runs beside the draws.
-    pub runs: usize,
 }
 
 /// The probability of a weld beyond any of the limits, from the trials that were drawn and as many
@@ -53,17 +55,17 @@ pub fn rare_failure<E>(
         None => largest_share(&limits, trial).map_or(0.0, |(_, share)| share),
     };
     let first = trials.iter().map(|trial| (point(uncertain, &trial.draw), worth(trial))).collect();
-    let mut runs = 0;
+    let mut next = 0;
     // A figure at its limit, to the last digits, is within it.
     let limit = 1.0 + 1e-9;
     let subset = subset(first, limit, ENOUGH * allowed, seed, |points| {
-        let first = runs as u64;
-        runs += points.len();
+        let first = next;
+        next += points.len() as u64;
         let cells = points.iter().map(|point| cell(uncertain, point));
         let batch: Vec<(u64, SampledCell)> = (first..).zip(cells).collect();
         Ok(run(&batch)?.iter().map(worth).collect())
     })?;
-    Ok(RareFailure { allowed, subset, runs })
+    Ok(RareFailure { allowed, subset })
 }
 
 /// A cell by standard normals and the seed of its noise.

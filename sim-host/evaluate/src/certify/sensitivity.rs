@@ -10,7 +10,10 @@ use super::worst::{PHASE, names, numbers};
 use super::{Evidence, EvidenceKind, Requirement, SampledCell, within};
 use crate::uncertain::UncertainCell;
 use nalgebra::{DMatrix, DVector};
+use schemars::JsonSchema;
+use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+use trueweld_plant::serialize_as_text;
 
 /// Probability of naming any number where none matters.
 const CHANCE: f64 = 0.05;
@@ -19,33 +22,39 @@ const CHANCE: f64 = 0.05;
 const DRAWS_A_TERM: usize = 5;
 
 /// What the draws say of a requirement's dependence on the uncertain numbers.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "FigureSensitivity", deny_unknown_fields)]
 pub struct Sensitivity {
     /// Key of the figure.
     pub name: &'static str,
     /// Draws beyond its limit.
     pub beyond: usize,
     /// Draws in all.
+    #[serde(skip)]
     pub of: usize,
-    /// Share of the figure's variance, of its logarithm, that the numbers named explain.
+    /// Share of the variance of the figure's logarithm that the numbers explain.
     pub explained: f64,
     /// The numbers that matter beyond chance, the most important first.
+    #[serde(rename = "numbers")]
     pub influences: Vec<Influence>,
 }
 
 /// What one uncertain number has to do with a figure.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "NumberInfluence", deny_unknown_fields)]
 pub struct Influence {
-    /// The number, or the group that moves with it.
+    /// The number, or the group that moves together.
     pub number: String,
-    /// Its part of what is explained of the variance of the figure's logarithm.
+    /// Share of the variance of the figure's logarithm.
     pub share: f64,
-    /// How the figure follows the number.
+    /// How the figure follows it: `grows`, `falls`, `at-ends` or `in-middle`.
     pub trend: Trend,
-    /// So many of the draws would be beyond the limit, were the number at the middle of its range
-    /// in every cell, as the fit has it.
+    // As the fit has it.
+    /// Draws beyond the limit were the number always in the middle of its range.
     pub beyond_without: usize,
 }
+
+serialize_as_text!(Trend::name);
 
 /// How a figure follows a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -15,6 +15,8 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use schemars::JsonSchema;
+use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Share of a level's points that the next one continues, in tenths of all: 1 of so many.
@@ -32,35 +34,40 @@ pub(crate) struct Point {
     pub seed: u64,
 }
 
-/// One level of the simulation.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A level of a subset simulation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "RareLevel", deny_unknown_fields)]
 pub struct Level {
-    /// What the points of this level are worth at least; of the first level −∞.
+    /// Least share of any limit in its cells; `null` in the first, which are the draws.
+    #[schemars(with = "Option<f64>")]
     pub from: f64,
-    /// Share of them that is beyond the next level, of the last one beyond the limit.
+    /// Cells.
+    pub cells: usize,
+    /// Share of them beyond the next level, of the last one beyond a limit.
     pub share: f64,
-    /// Share of the proposals that were accepted; of the first level 1.
+    /// Share of the moves that were accepted.
     pub acceptance: f64,
-    /// By how much more the correlation of the points makes the variance of the share: 0 for
-    /// independent ones.
+    // 0 for independent ones.
+    /// By how much more correlation makes the variance of the share.
     pub correlation: f64,
-    /// Points.
-    pub points: usize,
 }
 
 /// What a subset simulation comes to.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Subset {
-    /// Every level.
-    pub levels: Vec<Level>,
-    /// Whether the limit was reached. If not, `probability` is that of the last level, and the
-    /// event is rarer than that.
-    pub reached: bool,
-    /// The probability.
+    /// The probability; where `reached` is false that of the last level, which failures are rarer
+    /// than.
     pub probability: f64,
     /// Its coefficient of variation.
     pub variation: f64,
+    /// Whether cells beyond a limit were found.
+    pub reached: bool,
+    /// Runs beside the draws.
+    pub runs: usize,
+    /// Every level.
+    pub levels: Vec<Level>,
     /// What a point must be worth more than.
+    #[serde(skip)]
     pub limit: f64,
 }
 
@@ -132,8 +139,14 @@ pub(crate) fn subset<E>(
 ) -> Result<Subset, E> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let chains = first.len() / CHAIN;
-    let mut subset =
-        Subset { levels: Vec::new(), reached: false, probability: 1.0, variation: 0.0, limit };
+    let mut subset = Subset {
+        probability: 1.0,
+        variation: 0.0,
+        reached: false,
+        runs: 0,
+        levels: Vec::new(),
+        limit,
+    };
     // What the points of a level are worth, step by step of its chains.
     let mut steps: Vec<Vec<(Point, f64)>> = vec![first];
     let (mut from, mut acceptance, mut step) = (f64::NEG_INFINITY, 1.0, 0.6);
@@ -150,7 +163,7 @@ pub(crate) fn subset<E>(
             true => 0.0,
             false => correlation(&steps, share, is_next),
         };
-        subset.levels.push(Level { from, share, acceptance, correlation, points: n });
+        subset.levels.push(Level { from, cells: n, share, acceptance, correlation });
         subset.probability *= share;
         if share > 0.0 {
             subset.variation += ((1.0 - share) / (share * n as f64) * (1.0 + correlation)).sqrt();
@@ -172,6 +185,7 @@ pub(crate) fn subset<E>(
                 .map(|(point, _)| propose(point, &spread, step, &mut random))
                 .collect();
             let values = worth(&proposed)?;
+            subset.runs += proposed.len();
             let moved = proposed.into_iter().zip(values);
             let (mut here, mut kept) = (Vec::with_capacity(chains), 0);
             for (new, old) in moved.zip(before) {

@@ -2,6 +2,7 @@
 
 use super::response::{LoopSignals, SETPOINT};
 use nalgebra::{Complex, SMatrix};
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
@@ -11,20 +12,26 @@ const FREQUENCIES: usize = 400;
 /// The lowest of them, Hz.
 const FREQUENCY_MIN: f64 = 0.05;
 
-/// How far one loop, opened where the law or the force loop acts, is from instability. Infinite
-/// where nothing comes back.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+// How far one loop, opened where the law or the force loop acts, is from instability. Infinite where
+// nothing comes back.
+/// Margins of one channel with the others closed; `null` where there is no limit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "LoopMargins", deny_unknown_fields)]
+#[allow(missing_docs)]
 pub struct Margin {
-    /// Factor by which the loop's gain may grow.
+    /// Largest factor on the gain.
+    #[schemars(with = "Option<f64>")]
     pub gain: f64,
-    /// Factor by which it may be divided.
+    /// Smallest factor on the gain.
+    #[schemars(with = "Option<f64>")]
     pub fall: f64,
-    /// Phase that it may lose, rad.
-    pub phase: f64,
-    /// Least distance of the loop from −1: the inverse of the largest sensitivity.
+    #[schemars(with = "Option<f64>")]
+    pub phase_rad: f64,
+    // Least distance of the loop from −1: the inverse of the largest sensitivity.
+    #[schemars(with = "Option<f64>")]
     pub modulus: f64,
-    /// Delay that it may have in addition, s.
-    pub delay: f64,
+    #[schemars(with = "Option<f64>")]
+    pub delay_s: f64,
 }
 
 /// S(e^jωT) at the frequencies from [`FREQUENCY_MIN`] to half the sampling rate.
@@ -104,9 +111,9 @@ impl<'a> SensitivityFunction<'a> {
         let mut margin = Margin {
             gain: f64::INFINITY,
             fall: f64::INFINITY,
-            phase: f64::INFINITY,
+            phase_rad: f64::INFINITY,
             modulus: 1.0 / largest,
-            delay: f64::INFINITY,
+            delay_s: f64::INFINITY,
         };
         let mut crosses = |real: f64| {
             if real < -1.0 {
@@ -135,8 +142,8 @@ impl<'a> SensitivityFunction<'a> {
                 let (hz, at) = self.where_changes(channel, hz, |l| l.norm().ln());
                 // How far the vector still has to turn, backwards, to −1.
                 let left = (at.arg() + PI).rem_euclid(TAU);
-                margin.phase = margin.phase.min(left.min(TAU - left));
-                margin.delay = margin.delay.min(left / (TAU * hz));
+                margin.phase_rad = margin.phase_rad.min(left.min(TAU - left));
+                margin.delay_s = margin.delay_s.min(left / (TAU * hz));
             }
         }
         margin

@@ -7,10 +7,10 @@
 //! the drive reverses, the vibration that is smaller than the smoothing sees Coulomb friction as a
 //! damper that is larger than the controller's own.
 
-use serde::Serialize;
 use std::f64::consts::TAU;
 use trueweld_core::JointVector;
 use trueweld_plant::cell::{Cell, State};
+use trueweld_plant::serialize_as_text;
 
 /// Points of a turn at which friction is taken.
 const FRICTION_PHASES: usize = 256;
@@ -19,8 +19,7 @@ const FRICTION_PHASES: usize = 256;
 const SECTOR_AMPLITUDES: (f64, f64, usize) = (1e-5, 1.0, 26);
 
 /// What friction is taken for in a linear loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrictionSlope {
     /// A large vibration: viscous friction alone.
     Viscous,
@@ -30,6 +29,8 @@ pub enum FrictionSlope {
     /// at rest all of its Coulomb friction over the smoothing.
     Full,
 }
+
+serialize_as_text!(FrictionSlope::name);
 
 impl FrictionSlope {
     /// All of them, from the least friction to the most.

@@ -2,6 +2,7 @@
 //! side, sampled exactly.
 
 use nalgebra::{DMatrix, SMatrix, SVector, Vector3, Vector6};
+use schemars::JsonSchema;
 use serde::Serialize;
 use trueweld_core::{JointVector, Pose, Robot, Twist, Wrench};
 use trueweld_plant::cell::{Cell, STATES, State};
@@ -28,15 +29,18 @@ pub(crate) struct LinearCell {
 }
 
 /// Where in a weld a loop is looked at.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct OperatingPoint {
     /// Path position, m.
+    #[serde(rename = "path_m")]
     pub path: f64,
-    /// Push, N.
+    /// Push there, N.
+    #[serde(rename = "push_n")]
     pub push: f64,
-    /// Feed, m/s.
+    /// Feed there, m/s.
+    #[serde(rename = "feed_m_s")]
     pub feed: f64,
-    /// Push and feed are still rising to their full size, or the tool has come to its end.
+    /// Whether push and feed are still rising, or the tool has come to its end.
     pub ramp: bool,
 }
 

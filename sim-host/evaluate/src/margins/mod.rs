@@ -32,7 +32,9 @@ use linear::{LinearCell, operating_point};
 use radius::{is_undecided, radius, radius_of_longer};
 use rayon::prelude::*;
 use response::{ANSWER, Answer, Frozen, LONGER_ANSWER};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
+use std::collections::BTreeMap;
 use trueweld_core::JointVector;
 use trueweld_plant::cell::State;
 use trueweld_plant::simulate::{
@@ -43,33 +45,52 @@ use trueweld_plant::simulate::{
 const SWING: [(usize, f64); 3] = [(0, 5e-4), (1, 5e-4), (5, 1000.0)];
 
 /// What margins are of.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Condition {
     /// Where in the weld.
+    #[serde(flatten)]
     pub at: OperatingPoint,
-    /// What the drives' friction is taken for.
+    /// What the drives' friction is taken for: `viscous`, `at-speed` or `full`.
     pub friction: FrictionSlope,
-    /// Index of the drawn cell; `None` for the one that it is believed to be.
+    /// Index of the drawn cell; `null` for the nominal one.
     pub draw: Option<u64>,
 }
 
-/// The loop under one condition.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// The loop at one place of the weld, with one slope of friction.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "MarginPlace", deny_unknown_fields)]
 pub struct Margins {
     /// What they are of.
+    #[serde(flatten)]
     pub of: Condition,
-    /// Largest magnitude of a closed-loop pole that an impulse shows; below 1 the loop is stable.
+    // As an impulse shows it; below 1 the loop is stable.
+    /// Largest magnitude of a closed-loop pole; `null` where the loop runs away.
+    #[schemars(with = "Option<f64>")]
     pub spectral_radius: f64,
-    /// It comes to rest at a limit, or goes to and fro between limits: what an impulse shows there
-    /// is the limit and not the loop, which counts as not stable.
-    pub held: bool,
-    /// Of every channel in the order of [`CHANNEL_NAMES`]; `None` where the loop is not stable.
+    // It comes to rest at a limit, or goes to and fro between limits: what an impulse shows there is
+    // the limit and not the loop, which counts as not stable.
+    /// Whether only a limit holds the loop.
+    pub held_at_a_limit: bool,
+    // In the order of [`CHANNEL_NAMES`].
+    /// Margins of every channel by its name; `null` where the loop is not stable.
+    #[serde(serialize_with = "by_channel")]
+    #[schemars(with = "Option<BTreeMap<String, Margin>>")]
     pub channels: Option<[Margin; LOOP_CHANNELS]>,
-    /// Disk margin of corrections and force all at once, and of all drives at once; 0 where the
-    /// loop is not stable.
-    pub disk: [f64; 2],
-    /// Of the position loop, at the tool.
+    // 0 where the loop is not stable.
+    /// Disk margin of corrections and force all at once.
+    pub disk: f64,
+    /// Disk margin of all drives at once.
+    pub drive_disk: f64,
+    /// Damping of the position loop at the tool.
     pub passivity: Passivity,
+}
+
+fn by_channel<S: Serializer>(
+    channels: &Option<[Margin; LOOP_CHANNELS]>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let named = channels.as_ref().map(|all| CHANNEL_NAMES.iter().zip(all));
+    named.map(|named| named.collect::<BTreeMap<_, _>>()).serialize(serializer)
 }
 
 /// The loop along the whole weld, ramps included, for every slope of friction at each operating
@@ -120,18 +141,19 @@ pub fn margins(
     let mut margins = Margins {
         of: Condition { at: *at, friction, draw: None },
         spectral_radius,
-        held: false,
+        held_at_a_limit: false,
         channels: None,
-        disk: [0.0; 2],
+        disk: 0.0,
+        drive_disk: 0.0,
         passivity: frozen.passivity(),
     };
     if spectral_radius >= 1.0 || swings(rest) {
         margins.spectral_radius = spectral_radius.max(1.0);
-        margins.held = !rest.away && rest.held;
+        margins.held_at_a_limit = !rest.away && rest.held;
     } else {
         let sensitivity = SensitivityFunction::of(responses, spectral_radius, period);
         margins.channels = Some(std::array::from_fn(|c| sensitivity.margin(c)));
-        margins.disk = sensitivity.disks();
+        [margins.disk, margins.drive_disk] = sensitivity.disks();
     }
     Ok(margins)
 }
@@ -171,36 +193,36 @@ pub type LeastMargin = (f64, &'static str);
 /// drives at work alone, with friction at each drive's speed.
 pub static MARGIN_FIGURES: [FigureOf<Margins, LeastMargin>; 14] = [
     FigureOf::new("gain_margin", "gain margin", "1", |m| m.least(0, gain)),
-    FigureOf::new("phase_margin_rad", "phase margin", "rad", |m| m.least(0, |c| c.phase)),
+    FigureOf::new("phase_margin_rad", "phase margin", "rad", |m| m.least(0, |c| c.phase_rad)),
     FigureOf::new("modulus_margin", "modulus margin", "1", |m| m.least(0, |c| c.modulus)),
-    FigureOf::new("delay_margin_s", "delay margin", "s", |m| m.least(0, |c| c.delay)),
+    FigureOf::new("delay_margin_s", "delay margin", "s", |m| m.least(0, |c| c.delay_s)),
     FigureOf::new("disk_margin", "disk margin, all at once", "1", |m| {
-        (m.disk[0], "all of corrections and force")
+        (m.disk, "all of corrections and force")
     }),
     FigureOf::new("drive_gain_margin", "gain margin, drives", "1", |m| m.least(SETPOINT, gain)),
     FigureOf::new("drive_phase_margin_rad", "phase margin, drives", "rad", |m| {
-        m.least(SETPOINT, |c| c.phase)
+        m.least(SETPOINT, |c| c.phase_rad)
     }),
     FigureOf::new("drive_modulus_margin", "modulus margin, drives", "1", |m| {
         m.least(SETPOINT, |c| c.modulus)
     }),
     FigureOf::new("drive_delay_margin_s", "delay margin, drives", "s", |m| {
-        m.least(SETPOINT, |c| c.delay)
+        m.least(SETPOINT, |c| c.delay_s)
     }),
     FigureOf::new("drive_disk_margin", "disk margin, all drives at once", "1", |m| {
-        (m.disk[1], "all drives")
+        (m.drive_disk, "all drives")
     }),
     FigureOf::new("drive_gain_margin_at_speed", "gain margin, drives at speed", "1", |m| {
         m.at_work(|| m.least(SETPOINT, gain))
     }),
     FigureOf::new("drive_phase_margin_at_speed_rad", "phase margin, drives at speed", "rad", |m| {
-        m.at_work(|| m.least(SETPOINT, |c| c.phase))
+        m.at_work(|| m.least(SETPOINT, |c| c.phase_rad))
     }),
     FigureOf::new("drive_modulus_margin_at_speed", "modulus margin, drives at speed", "1", |m| {
         m.at_work(|| m.least(SETPOINT, |c| c.modulus))
     }),
     FigureOf::new("drive_disk_margin_at_speed", "disk margin, all drives at speed", "1", |m| {
-        m.at_work(|| (m.disk[1], "all drives"))
+        m.at_work(|| (m.drive_disk, "all drives"))
     }),
 ];
 

@@ -8,16 +8,20 @@
 //! was made stable with: that is what the margins are for.
 
 use nalgebra::Vector3;
+use schemars::JsonSchema;
 use serde::Serialize;
 use trueweld_core::control::JointGains;
 use trueweld_core::{Frames, JointVector, Wrench};
 
-/// Damping along the tool axis, N·s/m.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// Damping that the position loop needs at the tool and that is there, N·s/m.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "LoopPassivity", deny_unknown_fields)]
+#[allow(missing_docs)]
 pub struct Passivity {
-    /// That the mechanism must have to be passive with this controller, K T/2 + B.
+    // That the mechanism must have to be passive with this controller, K T/2 + B.
+    #[schemars(with = "Option<f64>")]
     pub needed_ns_m: f64,
-    /// That it has.
+    #[schemars(with = "Option<f64>")]
     pub there_ns_m: f64,
 }
 

@@ -34,9 +34,11 @@ pub static WAY_FIGURES: [FigureOf<ArmAlongSeam>; 10] = [
         way.most(|at| at.displacement.angular.x.hypot(at.displacement.angular.y))
     }),
     FigureOf::new("torque_share", "torque, largest share", "1", |way| {
-        way.most(|at| at.torque.max())
+        way.most(|at| largest(&at.torque))
     }),
-    FigureOf::new("speed_share", "speed, largest share", "1", |way| way.most(|at| at.speed.max())),
+    FigureOf::new("speed_share", "speed, largest share", "1", |way| {
+        way.most(|at| largest(&at.speed))
+    }),
     FigureOf::new("collinear_min_rad", "angle between axes 4 and 6, least", "rad", |way| {
         way.least(|at| at.collinearity)
     }),
@@ -50,9 +52,13 @@ pub static WAY_FIGURES: [FigureOf<ArmAlongSeam>; 10] = [
         way.least(|at| at.cartesian.z)
     }),
     FigureOf::new("mode_min_rad_s", "first natural frequency, least", "rad/s", |way| {
-        way.least(|at| at.mode)
+        way.least(|at| at.mode_rad_s)
     }),
 ];
+
+fn largest(of: &[f64]) -> f64 {
+    of.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+}
 
 /// The figure of a key, and its place in [`WAY_FIGURES`].
 pub fn way_figure(key: &str) -> Option<(usize, &'static Figure)> {

@@ -11,9 +11,12 @@ use crate::laws::NoFigures;
 use crate::weld::{WELD_FIGURES, WeldFigures};
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::Serialize;
 use trueweld_core::Twist;
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::Weld;
+use trueweld_plant::serialize_as_text;
 use trueweld_plant::simulate::{LimitKind, RunError, Scenario, Seam, run_passes};
 
 /// What is driven.
@@ -26,6 +29,8 @@ pub enum Driven {
     /// By how much the seam lies beside where it was taught, along y of W to either side, m.
     Offset,
 }
+
+serialize_as_text!(Driven::name);
 
 impl Driven {
     /// All of them.
@@ -78,16 +83,19 @@ pub struct LimitStudy<'a> {
     pub passes: usize,
 }
 
-/// One run at a value of what is driven.
-#[derive(Debug, Clone, PartialEq)]
+/// One run.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "LimitRun", deny_unknown_fields)]
 pub struct LimitProbe {
-    /// The value, SI units.
+    /// Value of what is driven, SI units.
     pub value: f64,
-    /// The figure that takes the largest share of its limit; `None` where there are no figures.
+    /// The figure that takes the largest share of its limit.
     pub figure: Option<Figure>,
-    /// That share; infinite where there are no figures.
+    /// That share; `null` where the run came to no end.
+    #[schemars(with = "Option<f64>")]
     pub share: f64,
     /// What stood at a limit, the longest first.
+    #[serde(rename = "limits")]
     pub held: Vec<LimitKind>,
     /// Why there are no figures.
     pub failed: Option<NoFigures>,

@@ -84,7 +84,7 @@ pub(super) fn closed_form(
 ) -> Control {
     let (period, weld) = (scenario.control.period, scenario.weld);
     let start = &arm[0];
-    let slowest = arm.iter().map(|at| at.mode).fold(f64::INFINITY, f64::min);
+    let slowest = arm.iter().map(|at| at.mode_rad_s).fold(f64::INFINITY, f64::min);
     let w = (OF_MODE * slowest).min(IN_A_PERIOD / period);
     let most_damping = scenario.controller_model.rotor_inertia() * (0.8 / period);
     let position =
@@ -92,9 +92,9 @@ pub(super) fn closed_form(
     let rise = 3.0 / asked.settle;
     let delay = (force_delay(scenario, w) / period).ceil();
     let bound = 2.0 * (PI / (2.0 * (2.0 * delay + 1.0))).sin();
-    let ki = rise.min(0.5 * bound / period) / start.stiffness;
+    let ki = rise.min(0.5 * bound / period) / start.stiffness_n_m;
     let most = weld.force.max(asked.height);
-    let depth = 4.0 * most / start.stiffness;
+    let depth = 4.0 * most / start.stiffness_n_m;
     // The height of the step in half a turn of the arm's first mode.
     let rate = asked.height * slowest / PI;
     let force = |kd: f64, max_rate: f64| ForceGains {
@@ -104,15 +104,15 @@ pub(super) fn closed_form(
         max_correction: 1.1 * most,
         max_rate,
     };
-    let needed = [0, 1].map(|k| arm.iter().map(|at| at.correction[k]).fold(0.0, f64::max));
-    let [translation, rotation] = needed.map(|size| (1.0 + RESERVE) * size);
+    let needed = |of: fn(&ArmAt) -> f64| (1.0 + RESERVE) * arm.iter().map(of).fold(0.0, f64::max);
+    let [translation, rotation] = [needed(|at| at.correction_m), needed(|at| at.correction_rad)];
     let bandwidth = 0.83 * w;
     Control {
         period,
         parallel: ParallelGains {
             joint: position(w, w / 4.0),
             force: force(
-                2.0 * POSITION_LOOP_DAMPING_RATIO * (start.stiffness * start.mass).sqrt(),
+                2.0 * POSITION_LOOP_DAMPING_RATIO * (start.stiffness_n_m * start.mass).sqrt(),
                 rate,
             ),
         },
@@ -127,7 +127,7 @@ pub(super) fn closed_form(
                 ki,
                 kd: 0.0,
                 material_stiffness: scenario.planned.depth_stiffness,
-                tuned_stiffness: start.stiffness,
+                tuned_stiffness: start.stiffness_n_m,
                 max_correction: depth,
                 max_rate: depth,
             },

@@ -95,7 +95,7 @@ impl TunedController {
     pub fn is_confirmed(&self) -> bool {
         let own = |weld: &WeldFigures| {
             let of = |judged: &&JudgedFigure| OF_CONTROLLER.contains(&judged.figure.key);
-            stood(weld).next().is_none() && weld.judged.iter().filter(of).all(JudgedFigure::is_met)
+            stood(weld).next().is_none() && weld.judged.iter().filter(of).all(|judged| judged.met)
         };
         self.ratings().all(Rating::is_met) && self.weld.as_ref().is_ok_and(own)
     }
@@ -109,7 +109,7 @@ impl TunedController {
 impl TunedLaw {
     /// The margins are kept, and the weld is the one that was asked for.
     pub fn is_confirmed(&self) -> bool {
-        let met = |weld: &WeldFigures| stood(weld).next().is_none() && weld.is_met();
+        let met = |weld: &WeldFigures| stood(weld).next().is_none() && weld.met;
         self.margins.iter().all(Rating::is_met) && self.weld.as_ref().is_ok_and(met)
     }
 }

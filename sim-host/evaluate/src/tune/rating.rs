@@ -65,7 +65,7 @@ const UNSTABLE: f64 = 1e3;
 pub(super) fn rate_margins(asked: &[Limit], map: &[Margins]) -> Vec<Rating> {
     let unstable = map.iter().filter(|at| at.channels.is_none()).map(|at| {
         let radius = at.spectral_radius.min(10.0);
-        let used = UNSTABLE * if at.held { 10.0 } else { radius };
+        let used = UNSTABLE * if at.held_at_a_limit { 10.0 } else { radius };
         let criterion = LoopCriterion::Unstable { path: at.of.at.path };
         Rating { criterion, value: at.spectral_radius, asked: 1.0, used }
     });
@@ -101,12 +101,12 @@ pub(super) fn rate_step(asked: &AskedResponse, step: Option<&StepFigures>) -> Ve
     let Some(step) = step else {
         return vec![most(LoopCriterion::NoStep, f64::INFINITY, 1.0)];
     };
-    let settled = step.settle_5pct.unwrap_or(f64::INFINITY);
+    let settled = step.settle_5pct_s.unwrap_or(f64::INFINITY);
     let height = asked.height.abs();
     vec![
         most(LoopCriterion::Settling, settled, asked.settle),
         most(LoopCriterion::Overshoot, step.overshoot, asked.overshoot),
-        most(LoopCriterion::StaticError, step.static_error.abs() / height, asked.static_error),
+        most(LoopCriterion::StaticError, step.static_error_n.abs() / height, asked.static_error),
     ]
 }
 

@@ -144,6 +144,17 @@ pub(crate) struct Table {
     pub rows: Vec<Vec<TableCell>>,
 }
 
+/// A column of a table: its heading, and the cell of a row.
+pub(crate) type Column<'c, T> = (TableCell, &'c dyn Fn(&T) -> TableCell);
+
+impl Table {
+    pub(crate) fn of<T>(rows: impl IntoIterator<Item = T>, columns: &[Column<'_, T>]) -> Self {
+        let cells = |row: T| columns.iter().map(|(_, cell)| cell(&row)).collect();
+        let head = columns.iter().map(|(heading, _)| heading.clone()).collect();
+        Self { head: vec![head], rows: rows.into_iter().map(cells).collect() }
+    }
+}
+
 /// A cell of a table.
 #[derive(Clone, Default)]
 pub(crate) struct TableCell {

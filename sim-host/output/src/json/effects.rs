@@ -1,9 +1,7 @@
 //! Effects with their fitted values, and the curves that show them.
 
-use super::finite;
+use super::{finite, result};
 use crate::words::curve::{title, x_name, y_name};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use trueweld_diagnose::FittedEffect;
 use trueweld_diagnose::evidence::EffectCurve;
@@ -12,66 +10,79 @@ use trueweld_estimate::residuals::localize::ConditionBin;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::input::RobotFile;
 
-/// An effect and what it is at: a joint, an instrument, or nothing for the whole cell.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
-pub struct EffectPlace {
-    pub effect: String,
-    pub at: String,
+result! {
+    /// An effect and what it is at: a joint, an instrument, or nothing for the whole cell.
+    EffectPlace of (kind: &'static EffectKind, location: Location, robot: &RobotFile) {
+        effect: &'static str = kind.id,
+        at: String = at_name(kind, location, robot),
+    }
 }
 
-/// An effect with its fitted values.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct FittedEffectValues {
-    /// The effect.
-    pub effect: String,
-    /// What it is at.
-    pub at: String,
-    /// Its parameters by name.
-    pub parameters: BTreeMap<String, FittedValue>,
-    /// The log, where it is of one alone.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub log: Option<String>,
-    /// True for a calibration that is larger than any, or at the bound of its range.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub implausible: bool,
+/// Name of what an effect is at.
+pub(super) fn at_name(kind: &'static EffectKind, at: Location, robot: &RobotFile) -> String {
+    Effect { kind, at, values: Vec::new() }.at_name(robot).to_owned()
 }
 
-/// A fitted value with its 95 % interval.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
-pub struct FittedValue {
-    pub value: Option<f64>,
-    pub low: Option<f64>,
-    pub high: Option<f64>,
-    pub unit: String,
+result! {
+    /// An effect with its fitted values.
+    FittedEffectValues of (found: &FittedEffect, robot: &RobotFile, logs: &[LogComparison]) {
+        /// The effect.
+        effect: &'static str = found.effect.kind.id,
+        /// What it is at.
+        at: String = at_name(found.effect.kind, found.effect.at, robot),
+        /// Its parameters by name.
+        parameters: BTreeMap<&'static str, FittedValue> = FittedValue::all(found),
+        /// The log, where it is of one alone.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        log: Option<String> =
+            found.log.and_then(|log| logs.get(log)).map(|log| log.name.clone()),
+        /// True for a calibration that is larger than any, or at the bound of its range.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        implausible: bool = found.is_implausible(),
+    }
 }
 
-/// What the measurements show of an effect, and the effect as fitted.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
-pub struct EffectCurveData {
-    pub title: String,
-    pub x_name: String,
-    pub x_unit: String,
-    pub y_name: String,
-    pub y_unit: String,
-    pub x: Vec<Option<f64>>,
-    pub y: Vec<Option<f64>>,
-    /// Standard errors of `y`.
-    pub error: Vec<Option<f64>>,
-    pub fitted_x: Vec<Option<f64>>,
-    pub fitted_y: Vec<Option<f64>>,
+result! {
+    /// A fitted value with its 95 % interval.
+    FittedValue of (found: &FittedEffect, k: usize) with {
+        let end = |k: usize, end: usize| {
+            finite(found.interval[k][end]).filter(|_| found.is_fitted(k))
+        };
+    } {
+        value: Option<f64> = finite(found.effect.values[k]),
+        low: Option<f64> = end(k, 0),
+        high: Option<f64> = end(k, 1),
+        unit: &'static str = found.effect.kind.parameters[k].unit,
+    }
 }
 
-impl EffectPlace {
-    pub(super) fn of(kind: &'static EffectKind, at: Location, robot: &RobotFile) -> Self {
-        let effect = Effect { kind, at, values: Vec::new() };
-        Self { effect: kind.id.to_owned(), at: effect.at_name(robot).to_owned() }
+result! {
+    /// What the measurements show of an effect, and the effect as fitted.
+    EffectCurveData of (curve: &EffectCurve, robot: &RobotFile) with {
+        let joints = &robot.joint_names;
+        let column =
+            |of: fn(&ConditionBin) -> f64| curve.points.iter().map(|p| finite(of(p))).collect();
+        let fitted = |axis: usize| curve.fitted.iter().map(|p| finite(p[axis])).collect();
+    } {
+        title: String = title(curve, joints),
+        x_name: String = x_name(curve, joints),
+        x_unit: &'static str = curve.x.unit(),
+        y_name: String = y_name(curve, joints),
+        y_unit: &'static str = curve.y_unit,
+        x: Vec<Option<f64>> = column(|p| p.x),
+        y: Vec<Option<f64>> = column(|p| p.y),
+        /// Standard errors of `y`.
+        error: Vec<Option<f64>> = column(|p| p.error),
+        fitted_x: Vec<Option<f64>> = fitted(0),
+        fitted_y: Vec<Option<f64>> = fitted(1),
+    }
+}
+
+impl FittedValue {
+    /// Of every parameter, by its name.
+    pub(super) fn all(found: &FittedEffect) -> BTreeMap<&'static str, Self> {
+        let parameters = found.effect.kind.parameters.iter().enumerate();
+        parameters.map(|(k, parameter)| (parameter.name, Self::of(found, k))).collect()
     }
 }
 
@@ -99,43 +110,5 @@ impl FittedEffectValues {
         logs: &[LogComparison],
     ) -> Vec<Self> {
         all.iter().map(|found| Self::of(found, robot, logs)).collect()
-    }
-
-    pub(super) fn of(found: &FittedEffect, robot: &RobotFile, logs: &[LogComparison]) -> Self {
-        let EffectPlace { effect, at } = EffectPlace::of(found.effect.kind, found.effect.at, robot);
-        let parameters = found.effect.kind.parameters.iter().enumerate().map(|(k, p)| {
-            let [low, high] = found.interval[k].map(|v| finite(v).filter(|_| found.is_fitted(k)));
-            let value = finite(found.effect.values[k]);
-            (p.name.to_owned(), FittedValue { value, low, high, unit: p.unit.to_owned() })
-        });
-        let log = found.log.and_then(|log| logs.get(log)).map(|log| log.name.clone());
-        Self {
-            effect,
-            at,
-            parameters: parameters.collect(),
-            log,
-            implausible: found.is_implausible(),
-        }
-    }
-}
-
-impl EffectCurveData {
-    pub(super) fn of(curve: &EffectCurve, robot: &RobotFile) -> Self {
-        let joints = &robot.joint_names;
-        let column =
-            |of: fn(&ConditionBin) -> f64| curve.points.iter().map(|p| finite(of(p))).collect();
-        let fitted = |axis: usize| curve.fitted.iter().map(|p| finite(p[axis])).collect();
-        Self {
-            title: title(curve, joints),
-            x_name: x_name(curve, joints),
-            x_unit: curve.x.unit().to_owned(),
-            y_name: y_name(curve, joints),
-            y_unit: curve.y_unit.to_owned(),
-            x: column(|p| p.x),
-            y: column(|p| p.y),
-            error: column(|p| p.error),
-            fitted_x: fitted(0),
-            fitted_y: fitted(1),
-        }
     }
 }

@@ -2,184 +2,132 @@
 
 use super::compare::ResidualFinding;
 use super::discover::DiscoveredLaw;
-use super::effects::{EffectPlace, FittedEffectValues};
-use super::finite;
+use super::effects::{EffectPlace, FittedEffectValues, at_name};
 use super::mistake::FileMistake;
 use super::register::RegisteredTracker;
+use super::{finite, result};
 use crate::ImproveReport;
 use crate::words::compare::notice;
 use crate::words::diagnose::undone;
 use crate::words::improve::not_kept;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use trueweld_diagnose::FittedEffect;
+use trueweld_diagnose::improve::{ImprovementStep, Rejected};
 use trueweld_logs::HALF_95;
 use trueweld_plant::input::{MeasuredNumber, Posterior, RobotFile};
 use trueweld_plant::provenance::Provenance;
 
-/// A model improved.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ImproveResult {
-    /// Name and version of this format.
-    #[schemars(extend("const" = "improve/1"))]
-    pub schema: String,
-    /// What the result is of.
-    pub provenance: Provenance,
-    /// Mistakes in the files; where there are any, nothing else was looked for.
-    #[serde(default)]
-    pub mistakes: Vec<FileMistake>,
-    /// The model file.
-    pub model: String,
-    /// The improved model file.
-    pub out: String,
-    /// `adequate`, `effect-found` or `unknown-effect`.
-    pub verdict: String,
-    /// The result in words.
-    pub sentence: String,
-    /// Steps that were kept, the model as given first.
-    pub steps: Vec<AddedStep>,
-    /// Steps that were tried and not kept.
-    pub rejected: Vec<RejectedStep>,
-    /// Laws outside the library that were found.
-    #[serde(default)]
-    pub discovered: Vec<DiscoveredLaw>,
-    /// Names of the logs that were held out.
-    pub held_out: Vec<String>,
-    /// What the residual follows that is left.
-    pub unexplained: Vec<ResidualFinding>,
-    /// What there was no time for, and fits that did not arrive, in words.
-    pub undone: Vec<String>,
-    /// What the logs leave open of every number that they measure; their covariance stands in the
-    /// improved model file.
-    #[serde(default)]
-    pub posterior: Vec<PosteriorNumber>,
-    /// Numbers that were fitted and of which the logs say next to nothing.
-    #[serde(default)]
-    pub not_measured: Vec<String>,
-    /// What a reader should know although nothing is wrong.
-    #[serde(default)]
-    pub notices: Vec<String>,
-    /// Trackers that stood elsewhere, and were registered first.
-    #[serde(default)]
-    pub registered: Vec<RegisteredTracker>,
+result! {
+    /// A model improved.
+    #[derive(Default)]
+    ImproveResult of (report: &ImproveReport<'_>) with {
+        let ImproveReport { improvement, model, .. } = *report;
+        let robot = &model.robot;
+        let steps = improvement.steps.iter();
+    } {
+        /// What the result is of.
+        provenance: Provenance = report.provenance.clone(),
+        /// Mistakes in the files; where there are any, nothing else was looked for.
+        #[serde(default)]
+        mistakes: Vec<FileMistake> = Vec::new(),
+        /// The model file.
+        model: String = model.path.display().to_string(),
+        /// The improved model file.
+        out: String = report.out.display().to_string(),
+        /// `adequate`, `effect-found` or `unknown-effect`.
+        verdict: &'static str = improvement.verdict.name(),
+        /// The result in words.
+        sentence: String = report.headline(),
+        /// Steps that were kept, the model as given first.
+        steps: Vec<AddedStep> = steps.map(|step| AddedStep::of(step, report)).collect(),
+        /// Steps that were tried and not kept.
+        rejected: Vec<RejectedStep> =
+            improvement.rejected.iter().map(|step| RejectedStep::of(step, report)).collect(),
+        /// Laws outside the library that were found.
+        #[serde(default)]
+        discovered: Vec<DiscoveredLaw> = DiscoveredLaw::all(&improvement.discovered, robot),
+        /// Names of the logs that were held out.
+        held_out: Vec<String> = improvement.held_out_logs.clone(),
+        /// What the residual follows that is left.
+        unexplained: Vec<ResidualFinding> = ResidualFinding::remaining(&improvement.unexplained),
+        /// What there was no time for, and fits that did not arrive, in words.
+        undone: Vec<String> = undone(&improvement.incomplete, robot),
+        /// What the logs leave open of every number that they measure; their covariance stands in the
+        /// improved model file.
+        #[serde(default)]
+        posterior: Vec<PosteriorNumber> =
+            report.posterior.map_or(Vec::new(), |of| PosteriorNumber::all(of, robot)),
+        /// Numbers that were fitted and of which the logs say next to nothing.
+        #[serde(default)]
+        not_measured: Vec<String> =
+            report.posterior.map_or(Vec::new(), |of| of.not_measured.clone()),
+        /// What a reader should know although nothing is wrong.
+        #[serde(default)]
+        notices: Vec<String> = report.notices.iter().map(notice).collect(),
+        /// Trackers that stood elsewhere, and were registered first.
+        #[serde(default)]
+        registered: Vec<RegisteredTracker> = RegisteredTracker::all(report.notices),
+    }
 }
 
-/// A number of the cell with its 95 % interval, every calibration free beside it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
-pub struct PosteriorNumber {
-    pub effect: String,
-    pub at: String,
-    pub parameter: String,
-    pub value: f64,
-    pub low: f64,
-    pub high: f64,
-    pub unit: String,
-    /// Standard deviation from log to log, in the unit; 0 for a number of the cell.
-    pub between_logs: f64,
-    /// True where the value is at the bound of what is possible: the interval ends there.
-    pub at_bound: bool,
+result! {
+    /// A number of the cell with its 95 % interval, every calibration free beside it.
+    PosteriorNumber of (n: &MeasuredNumber, half: f64, robot: &RobotFile) with {
+        let of = &n.kind.parameters[n.parameter];
+        let end = |x: f64| if of.holds(x) { x } else { x.clamp(of.low, of.high) };
+    } {
+        effect: &'static str = n.kind.id,
+        at: String = at_name(n.kind, n.at, robot),
+        parameter: &'static str = of.name,
+        value: f64 = n.value,
+        low: f64 = end(n.value - half),
+        high: f64 = end(n.value + half),
+        unit: &'static str = of.unit,
+        /// Standard deviation from log to log, in the unit; 0 for a number of the cell.
+        between_logs: f64 = n.between_logs,
+        /// True where the value is at the bound of what is possible: the interval ends there.
+        at_bound: bool = n.value == of.low || n.value == of.high,
+    }
 }
 
 impl PosteriorNumber {
     pub(crate) fn all(of: &Posterior, robot: &RobotFile) -> Vec<Self> {
-        let one = |(k, n): (usize, &MeasuredNumber)| {
-            let EffectPlace { effect, at } = EffectPlace::of(n.kind, n.at, robot);
-            let parameter = &n.kind.parameters[n.parameter];
-            let end = |x: f64| {
-                if parameter.holds(x) { x } else { x.clamp(parameter.low, parameter.high) }
-            };
-            let half = HALF_95 * of.deviation(k);
-            Self {
-                effect,
-                at,
-                parameter: parameter.name.to_owned(),
-                value: n.value,
-                low: end(n.value - half),
-                high: end(n.value + half),
-                unit: parameter.unit.to_owned(),
-                between_logs: n.between_logs,
-                at_bound: n.value == parameter.low || n.value == parameter.high,
-            }
-        };
-        of.numbers.iter().enumerate().map(one).collect()
+        let numbers = of.numbers.iter().enumerate();
+        numbers.map(|(k, n)| Self::of(n, HALF_95 * of.deviation(k), robot)).collect()
     }
 }
 
-/// A step of an improvement.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct AddedStep {
-    /// Effects that it added.
-    pub added: Vec<FittedEffectValues>,
-    /// Score on the logs fitted.
-    pub score: Option<f64>,
-    /// Score where nothing was fitted.
-    pub holdout_score: Option<f64>,
-    /// All effects of the model at this step.
-    pub effects: Vec<FittedEffectValues>,
-    /// The calibrations beside them.
-    pub calibration: Vec<FittedEffectValues>,
-    /// Effects that the data do not tell from those that it added.
-    #[serde(default)]
-    pub indistinguishable: Vec<EffectPlace>,
+result! {
+    /// A step of an improvement.
+    AddedStep of (step: &ImprovementStep, report: &ImproveReport<'_>) with {
+        let (robot, before) = (&report.model.robot, report.before);
+        let others = report.improvement.others(step).into_iter();
+    } {
+        /// Effects that it added.
+        added: Vec<FittedEffectValues> = FittedEffectValues::all(&step.added, robot, before),
+        /// Score on the logs fitted.
+        score: Option<f64> = finite(step.score),
+        /// Score where nothing was fitted.
+        holdout_score: Option<f64> = finite(step.held_out),
+        /// All effects of the model at this step.
+        effects: Vec<FittedEffectValues> = FittedEffectValues::all(&step.effects, robot, before),
+        /// The calibrations beside them.
+        calibration: Vec<FittedEffectValues> =
+            FittedEffectValues::calibrations(&step.calibration, robot, before),
+        /// Effects that the data do not tell from those that it added.
+        #[serde(default)]
+        indistinguishable: Vec<EffectPlace> =
+            others.map(|e| EffectPlace::of(e.kind, e.at, robot)).collect(),
+    }
 }
 
-/// A step that was not kept.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RejectedStep {
-    /// Effects that it would have added; none for a recalibration.
-    pub added: Vec<FittedEffectValues>,
-    /// Score where nothing was fitted, with it.
-    pub holdout_score: Option<f64>,
-    /// Why it was not kept.
-    pub why: String,
-}
-
-impl ImproveResult {
-    pub(crate) fn of(report: &ImproveReport<'_>) -> Self {
-        let ImproveReport { improvement, model, before, .. } = *report;
-        let all = |list: &[FittedEffect]| FittedEffectValues::all(list, &model.robot, before);
-        let steps = improvement.steps.iter().map(|step| AddedStep {
-            added: all(&step.added),
-            score: finite(step.score),
-            holdout_score: finite(step.held_out),
-            effects: all(&step.effects),
-            calibration: FittedEffectValues::calibrations(&step.calibration, &model.robot, before),
-            indistinguishable: improvement
-                .others(step)
-                .into_iter()
-                .map(|e| EffectPlace::of(e.kind, e.at, &model.robot))
-                .collect(),
-        });
-        let rejected = improvement.rejected.iter().map(|step| RejectedStep {
-            added: all(&step.added),
-            holdout_score: finite(step.held_out),
-            why: not_kept(step.why).to_owned(),
-        });
-        Self {
-            schema: "improve/1".to_owned(),
-            provenance: report.provenance.clone(),
-            mistakes: Vec::new(),
-            model: model.path.display().to_string(),
-            out: report.out.display().to_string(),
-            verdict: improvement.verdict.name().to_owned(),
-            sentence: report.headline(),
-            steps: steps.collect(),
-            rejected: rejected.collect(),
-            discovered: DiscoveredLaw::all(&improvement.discovered, &model.robot),
-            held_out: improvement.held_out_logs.clone(),
-            unexplained: ResidualFinding::remaining(&improvement.diagnosis),
-            undone: undone(&improvement.diagnosis.incomplete, &model.robot),
-            posterior: report
-                .posterior
-                .map_or(Vec::new(), |of| PosteriorNumber::all(of, &model.robot)),
-            not_measured: report.posterior.map_or(Vec::new(), |of| of.not_measured.clone()),
-            notices: report.notices.iter().map(notice).collect(),
-            registered: RegisteredTracker::all(report.notices),
-        }
+result! {
+    /// A step that was not kept.
+    RejectedStep of (step: &Rejected, report: &ImproveReport<'_>) {
+        /// Effects that it would have added; none for a recalibration.
+        added: Vec<FittedEffectValues> =
+            FittedEffectValues::all(&step.added, &report.model.robot, report.before),
+        /// Score where nothing was fitted, with it.
+        holdout_score: Option<f64> = finite(step.held_out),
+        /// Why it was not kept.
+        why: String = not_kept(step.why).to_owned(),
     }
 }

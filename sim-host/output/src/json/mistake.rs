@@ -1,65 +1,45 @@
 //! A gross mistake in the files of logs.
 
-use super::finite;
+use super::{finite, result};
 use crate::words::mistakes::{change, place, sentence, target};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use trueweld_estimate::mistakes::Mistake;
 
-/// A gross mistake in the files.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct FileMistake {
-    /// `sign`, `zero`, `exchanged`, `unit`, `gear-side`, `tracker-frame`, `time-unit`, `wrench-side`,
-    /// `wrench-axes`, `wrench-point` or `payload`.
-    pub what: String,
-    /// What it is in: joints by their names, columns of the wrench (`Fx`), or `encoders`, `torque`,
-    /// `wrench`, `tracker`, `time`, `spindle`, `payload`.
-    pub at: String,
-    /// The channel that it is in.
-    pub channel: String,
-    /// Names of the logs that it is in.
-    pub logs: Vec<String>,
-    /// What shows it.
-    pub evidence: MistakeEvidence,
-    /// The line to write; several where it takes several.
-    pub change: String,
-    /// Where the line belongs.
-    pub change_in: String,
-    /// The same in words.
-    pub sentence: String,
+result! {
+    /// A gross mistake in the files.
+    FileMistake of (mistake: &Mistake, joints: &[String]) {
+        /// `sign`, `zero`, `exchanged`, `unit`, `gear-side`, `tracker-frame`, `time-unit`, `wrench-side`,
+        /// `wrench-axes`, `wrench-point` or `payload`.
+        what: &'static str = mistake.kind.name(),
+        /// What it is in: joints by their names, columns of the wrench (`Fx`), or `encoders`, `torque`,
+        /// `wrench`, `tracker`, `time`, `spindle`, `payload`.
+        at: String = place(mistake, joints),
+        /// The channel that it is in.
+        channel: &'static str = mistake.channel.name(),
+        /// Names of the logs that it is in.
+        logs: Vec<String> = mistake.logs.clone(),
+        /// What shows it.
+        evidence: MistakeEvidence = MistakeEvidence::of(mistake),
+        /// The line to write; several where it takes several.
+        change: String = change(mistake),
+        /// Where the line belongs.
+        change_in: &'static str = target(mistake),
+        /// The same in words.
+        sentence: String = sentence(mistake, joints),
+    }
 }
 
-/// What a residual is as the files are, and with the mistake undone.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MistakeEvidence {
-    /// Channel that is compared.
-    pub channel: String,
-    /// Unit of both figures.
-    pub unit: String,
-    /// Root mean square as the files are.
-    pub rms_before: Option<f64>,
-    /// Root mean square with the mistake undone.
-    pub rms_after: Option<f64>,
-}
-
-impl FileMistake {
-    pub(super) fn of(mistake: &Mistake, joints: &[String]) -> Self {
-        Self {
-            what: mistake.kind.name().to_owned(),
-            at: place(mistake, joints),
-            channel: mistake.channel.name().to_owned(),
-            logs: mistake.logs.clone(),
-            evidence: MistakeEvidence {
-                channel: mistake.evidence.channel.name().to_owned(),
-                unit: mistake.evidence.unit.to_owned(),
-                rms_before: finite(mistake.evidence.before),
-                rms_after: finite(mistake.evidence.after),
-            },
-            change: change(mistake),
-            change_in: target(mistake).to_owned(),
-            sentence: sentence(mistake, joints),
-        }
+result! {
+    /// What a residual is as the files are, and with the mistake undone.
+    MistakeEvidence of (mistake: &Mistake) with {
+        let evidence = &mistake.evidence;
+    } {
+        /// Channel that is compared.
+        channel: &'static str = evidence.channel.name(),
+        /// Unit of both figures.
+        unit: &'static str = evidence.unit,
+        /// Root mean square as the files are.
+        rms_before: Option<f64> = finite(evidence.before),
+        /// Root mean square with the mistake undone.
+        rms_after: Option<f64> = finite(evidence.after),
     }
 }

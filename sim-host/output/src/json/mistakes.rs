@@ -6,13 +6,14 @@ use super::improve::ImproveResult;
 use super::mistake::FileMistake;
 use super::register::RegisteredTracker;
 use crate::{MistakesReport, words};
+use schemars::JsonSchema;
 use serde::Serialize;
 use trueweld_diagnose::DiagnosisVerdict;
 
 /// Mistakes in the files, in the form of the command that found them.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Serialize, JsonSchema)]
 #[serde(untagged)]
-pub enum MistakesResult {
+pub(crate) enum MistakesResult {
     /// Of `compare`.
     Compare(Box<CompareResult>),
     /// Of `diagnose`.
@@ -29,10 +30,9 @@ impl MistakesResult {
         let mistakes = report.found.mistakes.iter().map(|m| FileMistake::of(m, joints)).collect();
         let sentence = words::mistakes::headline(report.found, joints);
         let registered = report.found.registered.iter().map(RegisteredTracker::of).collect();
-        let verdict = DiagnosisVerdict::UnknownEffect.name().to_owned();
+        let verdict = DiagnosisVerdict::UnknownEffect.name();
         match provenance.command.as_str() {
             "diagnose" => Self::Diagnose(Box::new(DiagnoseResult {
-                schema: "diagnose/1".to_owned(),
                 provenance,
                 mistakes,
                 model,
@@ -42,7 +42,6 @@ impl MistakesResult {
                 ..DiagnoseResult::default()
             })),
             "improve" => Self::Improve(Box::new(ImproveResult {
-                schema: "improve/1".to_owned(),
                 provenance,
                 mistakes,
                 model,
@@ -52,7 +51,6 @@ impl MistakesResult {
                 ..ImproveResult::default()
             })),
             _ => Self::Compare(Box::new(CompareResult {
-                schema: "compare/1".to_owned(),
                 provenance,
                 mistakes,
                 model,

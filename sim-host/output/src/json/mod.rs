@@ -1,101 +1,89 @@
 //! Results for programs: a type for each file, read as it is written. SI units, units in the keys.
 //!
 //! What does not exist (a time that was never reached, a bound that the data do not give) is
-//! `null`. The schemas of all files are in `docs/schema`; [`schemas`] makes them.
+//! `null`. The schemas of all files are in `docs/schema`; [`schemas`](crate::schemas) makes them.
 
-mod certify;
-mod compare;
-mod diagnose;
+pub(crate) mod certify;
+mod check;
+pub(crate) mod compare;
+pub(crate) mod diagnose;
 mod discover;
 mod effects;
-mod identify;
-mod import;
-mod improve;
+pub(crate) mod identify;
+pub(crate) mod import;
+pub(crate) mod improve;
+pub(crate) mod laws;
 mod mistake;
-mod mistakes;
+pub(crate) mod mistakes;
 mod mountings;
-mod record;
-mod register;
-mod simulation;
-mod study;
-mod tune;
+pub(crate) mod register;
+pub(crate) mod study;
+pub(crate) mod tune;
 
-pub use certify::{
-    BoughtByMeasurement, CertifyResult, DrawnFigure, DriveEvidence, FaultRun, JudgedRequirement,
-    LoopMargins, LoopPassivity, MarginPlace, MeasurementRecord, TrialFigures, UncertainRecord,
-    UnfinishedTrial, WeldEvidence, WorstCell,
-};
-pub use compare::{
-    CompareResult, ComparedChannel, ComparedLog, ResidualCurve, ResidualFinding, ResidualMapAxis,
-    ResidualMapData,
-};
-pub use diagnose::{
-    ConfusablePair, DetectionLimit, DiagnoseResult, DiagnosisCandidate, PlanPoint,
-    PlannedExperiment,
-};
-pub use discover::{DiscoveredCurve, DiscoveredLaw, DiscoveredPlace};
-pub use effects::{EffectCurveData, EffectPlace, FittedEffectValues, FittedValue};
-pub use identify::{
-    DecrementDamping, ExpectedStiffness, IdentifiedMode, IdentifiedNumber, IdentifyResult,
-    PlannedStiffnessLoad, StiffnessOverTorque, StiffnessPlanResult, StiffnessPoint, WeldSection,
-};
-pub use import::{ImportResult, ImportedColumn, ImportedFile};
-pub use improve::{AddedStep, ImproveResult, PosteriorNumber, RejectedStep};
-pub use mistake::{FileMistake, MistakeEvidence};
-pub use mistakes::MistakesResult;
-pub use mountings::{LinkMountings, MountingCombination, MountingTerm};
-pub use record::{RecordResult, RecordedLog};
-pub use register::{RegisterResult, RegisteredPose, RegisteredTracker};
-pub use simulation::{
-    CheckResult, CheckedFile, ComparedLaw, FirstLimitResult, JudgedFigureResult, LawPoint,
-    LawPoints, LawSweep, LawsResult, LimitSpanResult, StepResponse, StepResult, WeldResult,
-    WeldRunResult,
-};
-pub use study::{
-    AllowedFigure, ConfirmedPlacement, ConfirmedWeldResult, EnvelopeResult, InputDerivative,
-    InputIndices, LimitResult, LimitRun, PlaceLimits, PlacementFigures, PublishedStatement,
-    SensitivityFigure, StudyInput, StudyLayoutResult, StudyLimitsResult, StudyPaperResult,
-    StudySensitivityResult,
-};
-pub use tune::{
-    ArmPlace, RatingResult, TuneResult, TunedControllerResult, TunedLawResult, TunedWeld,
-};
+pub use check::{CheckResult, CheckedFile};
 
-use schemars::{JsonSchema, Schema, schema_for};
+use schemars::{JsonSchema, Schema, json_schema, schema_for};
 use serde::Serialize;
+use serde_json::{Map, Value};
 
-/// The name of every schema, which a file has as its `schema`, without its version; and the schema.
-pub fn schemas() -> Vec<(&'static str, Schema)> {
-    fn of<T: JsonSchema>(name: &'static str) -> (&'static str, Schema) {
-        (name, schema_for!(T))
-    }
-    vec![
-        of::<WeldResult>("weld-result"),
-        of::<StepResult>("step-result"),
-        of::<LawsResult>("compare-laws"),
-        of::<CertifyResult>("certify"),
-        of::<TuneResult>("tune"),
-        of::<StudyLayoutResult>("study-layout"),
-        of::<StudyLimitsResult>("study-limits"),
-        of::<StudyPaperResult>("study-paper"),
-        of::<StudySensitivityResult>("study-sensitivity"),
-        of::<CompareResult>("compare"),
-        of::<DiagnoseResult>("diagnose"),
-        of::<ImproveResult>("improve"),
-        of::<RecordResult>("record"),
-        of::<RegisterResult>("register"),
-        of::<ImportResult>("import-log"),
-        of::<IdentifyResult>("identify"),
-        of::<StiffnessPlanResult>("identify-plan"),
-        of::<CheckResult>("check"),
-    ]
+/// A file: its name and version, and what it holds.
+#[derive(Serialize)]
+struct File<'a, T> {
+    schema: &'a str,
+    #[serde(flatten)]
+    result: &'a T,
 }
 
 /// The text of a file.
-pub fn text(result: &impl Serialize) -> String {
-    let text = serde_json::to_string_pretty(result);
+pub fn text(schema: &str, result: &impl Serialize) -> String {
+    let text = serde_json::to_string_pretty(&File { schema, result });
     text.expect("numbers, texts and lists are written as JSON") + "\n"
 }
+
+/// The name of a file's schema, and the schema: that of what the file holds, with name and version.
+pub(crate) fn schema<T: JsonSchema>(name: &'static str) -> (&'static str, Schema) {
+    let mut schema = schema_for!(T);
+    let version = json_schema!({
+        "type": "string",
+        "description": "Name and version of this format.",
+        "const": name,
+    });
+    let first = || ("schema".to_owned(), version.to_value());
+    if let Some(Value::Object(of)) = schema.get_mut("properties") {
+        *of = std::iter::once(first()).chain(std::mem::take(of)).collect::<Map<_, _>>();
+    }
+    if let Some(Value::Array(required)) = schema.get_mut("required") {
+        required.insert(0, "schema".into());
+    }
+    (name.split('/').next().unwrap_or(name), schema)
+}
+
+/// Declares a part of a result: for each of its keys one row with what it is, its type, and how it
+/// follows from what was computed. The file, its schema and the pages take it from there.
+macro_rules! result {
+    (
+        $(#[$of:meta])*
+        $name:ident $(<$life:lifetime>)? of ($($from:ident: $kind:ty),* $(,)?)
+        $(with { $($known:tt)* })? {
+            $($(#[$about:meta])* $key:ident: $type:ty = $value:expr,)+
+        }
+    ) => {
+        $(#[$of])*
+        #[derive(Clone, serde::Serialize, schemars::JsonSchema)]
+        #[schemars(deny_unknown_fields)]
+        pub(crate) struct $name $(<$life>)? {
+            $($(#[$about])* pub(crate) $key: $type,)+
+        }
+
+        impl $(<$life>)? $name $(<$life>)? {
+            pub(crate) fn of($($from: $kind),*) -> Self {
+                $($($known)*)?
+                Self { $($key: $value,)+ }
+            }
+        }
+    };
+}
+use result;
 
 /// A number that JSON can hold: `None` for what is infinite or no number.
 fn finite(value: f64) -> Option<f64> {

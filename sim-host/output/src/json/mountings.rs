@@ -1,61 +1,44 @@
 //! What logs fix of how links are mounted.
 
-use super::finite;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use trueweld_diagnose::Mountings;
+use super::{finite, result};
+use trueweld_diagnose::{Combination, Mountings};
 use trueweld_plant::effects::Location;
 use trueweld_plant::input::RobotFile;
 
-/// What logs fix of how links are mounted: combinations of the values of `geometry-error`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LinkMountings {
-    /// Number of values.
-    pub values: usize,
-    /// Number of combinations that the logs leave open.
-    pub open: usize,
-    /// Combinations that they fix, the best known first.
-    pub fixed: Vec<MountingCombination>,
+result! {
+    /// What logs fix of how links are mounted: combinations of the values of `geometry-error`.
+    LinkMountings of (all: &Mountings, robot: &RobotFile) {
+        /// Number of values.
+        values: usize = all.values,
+        /// Number of combinations that the logs leave open.
+        open: usize = all.values - all.fixed.len(),
+        /// Combinations that they fix, the best known first.
+        fixed: Vec<MountingCombination> =
+            all.fixed.iter().map(|fixed| MountingCombination::of(fixed, robot)).collect(),
+    }
 }
 
-/// A combination of values, each over its expected deviation.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MountingCombination {
-    /// What it is, in expected deviations.
-    pub value: Option<f64>,
-    /// Its standard deviation, as a share of the expected one.
-    pub deviation: Option<f64>,
-    /// Its values, the largest weight first.
-    pub terms: Vec<MountingTerm>,
+result! {
+    /// A combination of values, each over its expected deviation.
+    MountingCombination of (fixed: &Combination, robot: &RobotFile) {
+        /// What it is, in expected deviations.
+        value: Option<f64> = finite(fixed.value),
+        /// Its standard deviation, as a share of the expected one.
+        deviation: Option<f64> = finite(fixed.deviation),
+        /// Its values, the largest weight first.
+        terms: Vec<MountingTerm> =
+            fixed.terms.iter().map(|term| MountingTerm::of(term, robot)).collect(),
+    }
 }
 
-/// The part of one value in a combination.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
-pub struct MountingTerm {
-    pub at: String,
-    pub parameter: String,
-    pub weight: Option<f64>,
-}
-
-impl LinkMountings {
-    pub(super) fn of(all: &Mountings, robot: &RobotFile) -> Self {
-        let term = |(at, parameter, weight): &(Location, &'static str, f64)| MountingTerm {
-            at: match at {
-                Location::Joint(joint) => robot.joint_names[*joint].clone(),
-                _ => String::new(),
-            },
-            parameter: (*parameter).to_owned(),
-            weight: finite(*weight),
-        };
-        let fixed = all.fixed.iter().map(|combination| MountingCombination {
-            value: finite(combination.value),
-            deviation: finite(combination.deviation),
-            terms: combination.terms.iter().map(term).collect(),
-        });
-        Self { values: all.values, open: all.values - all.fixed.len(), fixed: fixed.collect() }
+result! {
+    /// The part of one value in a combination.
+    MountingTerm of (term: &(Location, &'static str, f64), robot: &RobotFile) {
+        at: String = match term.0 {
+            Location::Joint(joint) => robot.joint_names[joint].clone(),
+            _ => String::new(),
+        },
+        parameter: &'static str = term.1,
+        weight: Option<f64> = finite(term.2),
     }
 }

@@ -1,201 +1,103 @@
 //! Gains for a robot.
 
-use super::finite;
+use super::{finite, result};
 use crate::TuneReport;
 use crate::words::tune::{limits, told};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use trueweld_evaluate::ArmAt;
 use trueweld_evaluate::tune::{Rating, TunedController, TunedLaw, WeldOutcome};
 use trueweld_plant::provenance::Provenance;
+use trueweld_plant::simulate::LimitKind;
 
-/// Gains that were found for a robot, and what they are worth.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct TuneResult {
-    /// Name and version of this format.
-    #[schemars(extend("const" = "tune/1"))]
-    pub schema: String,
-    /// What the result is of.
-    pub provenance: Provenance,
-    /// The control file that was written.
-    pub out: String,
-    /// Whether the runs confirm all controllers, and the law that was asked for.
-    pub confirmed: bool,
-    /// What limits the loops and the arm, in words.
-    pub limits: Vec<String>,
-    /// Height of the step of the push, N.
-    pub step_n: f64,
-    /// The controllers.
-    pub controllers: Vec<TunedControllerResult>,
-    /// The laws, on top of the external controller.
-    pub laws: Vec<TunedLawResult>,
-    /// The arm along the weld.
-    pub arm: Vec<ArmPlace>,
-}
-
-/// A controller with its gains.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct TunedControllerResult {
-    /// Its name.
-    pub name: String,
-    /// Whether margins, step and weld are as asked.
-    pub confirmed: bool,
-    /// Time after which the push stays within 5 % of the step, s.
-    pub settle_5pct_s: Option<f64>,
-    /// Overshoot over the step's height.
-    pub overshoot: Option<f64>,
-    /// Mean push less set-point at the end of the step, N.
-    pub static_error_n: Option<f64>,
-    /// Everything that is asked of it.
-    pub ratings: Vec<RatingResult>,
-    /// The weld without compensation.
-    pub weld: TunedWeld,
-}
-
-/// A law with its gains.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct TunedLawResult {
-    /// Its name.
-    pub name: String,
-    /// Whether the margins are kept and the weld is the one that was asked for.
-    pub confirmed: bool,
-    /// Everything that is asked of it.
-    pub ratings: Vec<RatingResult>,
-    /// The weld.
-    pub weld: TunedWeld,
-}
-
-/// Something that is asked, and what was reached.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RatingResult {
-    /// What, where, with the numbers.
-    pub what: String,
-    /// What was reached, SI units.
-    pub value: Option<f64>,
-    /// What is asked: of margins the least, of others the most.
-    pub asked: f64,
-    /// How much of what is allowed is used up: at most 1 where it is met.
-    pub used: Option<f64>,
-    /// Whether it is met.
-    pub met: bool,
-}
-
-/// A weld with the gains.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct TunedWeld {
-    /// Largest lateral deviation in the steady part, m.
-    pub lateral_max_m: Option<f64>,
-    /// RMS of the push's error in the steady part, N.
-    pub push_error_rms_n: Option<f64>,
-    /// What stood at a limit.
-    pub limits: Vec<String>,
-    /// Why it was not made.
-    pub failed: Option<String>,
-}
-
-/// The arm at one place of the weld.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ArmPlace {
-    /// Path position, m.
-    pub path_m: f64,
-    /// Lowest natural frequency with the motors locked, rad/s.
-    pub mode_rad_s: f64,
-    /// Stiffness that the tool meets along its axis, N/m.
-    pub stiffness_n_m: f64,
-    /// Torque of each drive over what it may give.
-    pub torque: Vec<f64>,
-    /// Speed of each joint over what it may do.
-    pub speed: Vec<f64>,
-    /// Correction that the planned load asks for, m.
-    pub correction_m: f64,
-    /// The same in orientation, rad.
-    pub correction_rad: f64,
-}
-
-impl TuneResult {
-    pub(crate) fn of(report: &TuneReport<'_>) -> Self {
+result! {
+    /// Gains that were found for a robot, and what they are worth.
+    TuneResult of (report: &TuneReport<'_>) with {
         let tuning = report.tuning;
-        Self {
-            schema: "tune/1".to_owned(),
-            provenance: report.provenance.clone(),
-            out: report.out.display().to_string(),
-            confirmed: report.is_confirmed(),
-            limits: limits(report),
-            step_n: tuning.response.height,
-            controllers: tuning.controllers.iter().map(TunedControllerResult::of).collect(),
-            laws: tuning.laws.iter().map(TunedLawResult::of).collect(),
-            arm: tuning.arm.iter().map(ArmPlace::of).collect(),
-        }
+    } {
+        /// What the result is of.
+        provenance: Provenance = report.provenance.clone(),
+        /// The control file that was written.
+        out: String = report.out.display().to_string(),
+        /// Whether the runs confirm all controllers, and the law that was asked for.
+        confirmed: bool = report.is_confirmed(),
+        /// What limits the loops and the arm, in words.
+        limits: Vec<String> = limits(report),
+        /// Height of the step of the push, N.
+        step_n: f64 = tuning.response.height,
+        /// The controllers.
+        controllers: Vec<TunedControllerResult> =
+            tuning.controllers.iter().map(TunedControllerResult::of).collect(),
+        /// The laws, on top of the external controller.
+        laws: Vec<TunedLawResult> = tuning.laws.iter().map(TunedLawResult::of).collect(),
+        /// The arm along the weld.
+        arm: Vec<ArmAt> = tuning.arm.clone(),
     }
 }
 
-impl TunedControllerResult {
-    fn of(tuned: &TunedController) -> Self {
+result! {
+    /// A controller with its gains.
+    TunedControllerResult of (tuned: &TunedController) with {
         let step = tuned.step.as_ref();
-        Self {
-            name: tuned.controller.name().to_owned(),
-            confirmed: tuned.is_confirmed(),
-            settle_5pct_s: step.and_then(|step| step.settle_5pct),
-            overshoot: step.map(|step| step.overshoot),
-            static_error_n: step.map(|step| step.static_error),
-            ratings: tuned.ratings().map(RatingResult::of).collect(),
-            weld: TunedWeld::of(&tuned.weld),
-        }
+    } {
+        /// Its name.
+        name: &'static str = tuned.controller.name(),
+        /// Whether margins, step and weld are as asked.
+        confirmed: bool = tuned.is_confirmed(),
+        /// Time after which the push stays within 5 % of the step, s.
+        settle_5pct_s: Option<f64> = step.and_then(|step| step.settle_5pct_s),
+        /// Overshoot over the step's height.
+        overshoot: Option<f64> = step.map(|step| step.overshoot),
+        /// Mean push less set-point at the end of the step, N.
+        static_error_n: Option<f64> = step.map(|step| step.static_error_n),
+        /// Everything that is asked of it.
+        ratings: Vec<RatingResult> = tuned.ratings().map(RatingResult::of).collect(),
+        /// The weld without compensation.
+        weld: TunedWeld = TunedWeld::of(&tuned.weld),
     }
 }
 
-impl TunedLawResult {
-    fn of(tuned: &TunedLaw) -> Self {
-        Self {
-            name: tuned.law.name().to_owned(),
-            confirmed: tuned.is_confirmed(),
-            ratings: tuned.margins.iter().map(RatingResult::of).collect(),
-            weld: TunedWeld::of(&tuned.weld),
-        }
+result! {
+    /// A law with its gains.
+    TunedLawResult of (tuned: &TunedLaw) {
+        /// Its name.
+        name: String = tuned.law.name().to_owned(),
+        /// Whether the margins are kept and the weld is the one that was asked for.
+        confirmed: bool = tuned.is_confirmed(),
+        /// Everything that is asked of it.
+        ratings: Vec<RatingResult> = tuned.margins.iter().map(RatingResult::of).collect(),
+        /// The weld.
+        weld: TunedWeld = TunedWeld::of(&tuned.weld),
     }
 }
 
-impl RatingResult {
-    fn of(rating: &Rating) -> Self {
-        Self {
-            what: told(rating),
-            value: finite(rating.value),
-            asked: rating.asked,
-            used: finite(rating.used),
-            met: rating.is_met(),
-        }
+result! {
+    /// Something that is asked, and what was reached.
+    RatingResult of (rating: &Rating) {
+        /// What, where, with the numbers.
+        what: String = told(rating),
+        /// What was reached, SI units.
+        value: Option<f64> = finite(rating.value),
+        /// What is asked: of margins the least, of others the most.
+        asked: f64 = rating.asked,
+        /// How much of what is allowed is used up: at most 1 where it is met.
+        used: Option<f64> = finite(rating.used),
+        /// Whether it is met.
+        met: bool = rating.is_met(),
     }
 }
 
-impl TunedWeld {
-    fn of(weld: &WeldOutcome) -> Self {
+result! {
+    /// A weld with the gains.
+    TunedWeld of (weld: &WeldOutcome) with {
         let figures = weld.as_ref().ok();
         let limits = figures.map_or(&[][..], |figures| &figures.limits);
-        Self {
-            lateral_max_m: figures.and_then(|figures| finite(figures.lateral.max_abs)),
-            push_error_rms_n: figures.and_then(|figures| finite(figures.force.error_rms)),
-            limits: limits.iter().map(|span| span.kind.to_string()).collect(),
-            failed: weld.as_ref().err().cloned(),
-        }
-    }
-}
-
-impl ArmPlace {
-    fn of(at: &ArmAt) -> Self {
-        Self {
-            path_m: at.path,
-            mode_rad_s: at.mode,
-            stiffness_n_m: at.stiffness,
-            torque: at.torque.as_slice().to_vec(),
-            speed: at.speed.as_slice().to_vec(),
-            correction_m: at.correction[0],
-            correction_rad: at.correction[1],
-        }
+    } {
+        /// Largest lateral deviation in the steady part, m.
+        lateral_max_m: Option<f64> = figures.and_then(|f| finite(f.lateral.max_abs)),
+        /// RMS of the push's error in the steady part, N.
+        push_error_rms_n: Option<f64> = figures.and_then(|f| finite(f.force.error_rms)),
+        /// What stood at a limit.
+        limits: Vec<LimitKind> = limits.iter().map(|span| span.kind).collect(),
+        /// Why it was not made.
+        failed: Option<String> = weld.as_ref().err().cloned(),
     }
 }

@@ -1,13 +1,13 @@
 //! A model against measurements.
 
-use super::Report;
 use super::residuals::{ColumnComparison, map, score_bar};
+use super::{Published, Report};
 use crate::CompareReport;
 use crate::color::{self, Dash, REFERENCE};
 use crate::document::{
     Block, Document, Marked, Medium, Picture, Plot, PlotLine, Table, Tone, number, words,
 };
-use crate::json::CompareResult;
+use crate::json::compare::CompareResult;
 use crate::samples::{self, BlockTable};
 use crate::words::compare::{TOLD_FINDINGS, headline, notes, setting};
 use crate::words::finding::{category, map_title, sentence, x_name, y_name};
@@ -21,9 +21,9 @@ use trueweld_estimate::residuals::localize::{ConditionBin, Finding, foremost};
 const DRAWN_FINDINGS: usize = 6;
 
 impl Report for CompareReport<'_> {
-    type Json = CompareResult;
+    const SCHEMA: &'static str = "compare/1";
 
-    fn json(&self) -> CompareResult {
+    fn json(&self) -> impl Published {
         CompareResult::of(self)
     }
 

@@ -1,17 +1,18 @@
 //! Which physical effect is missing in a model.
 
-use super::Report;
 use super::residuals::{BEFORE_AND_AFTER_COLUMNS, before_and_after, map};
+use super::{Published, Report};
 use crate::DiagnoseReport;
 use crate::color::{self, Dash};
 use crate::document::{
-    Bar, Block, Document, Marked, Medium, Picture, Plot, PlotLine, Table, TableCell, number, words,
+    Bar, Block, Column, Document, Marked, Medium, Picture, Plot, PlotLine, Table, TableCell,
+    number, words,
 };
-use crate::json::DiagnoseResult;
+use crate::json::diagnose::DiagnoseResult;
 use crate::samples::{self, BlockTable};
 use crate::words::curve::{title, x_name, y_name};
 use crate::words::diagnose::{
-    confusable, in_a_line, limits, none_of_these, ranked, remains, undone, values,
+    Limits, confusable, in_a_line, limits, none_of_these, ranked, remains, undone, values,
 };
 use crate::words::finding::map_title;
 use crate::words::{self, Scale, counted, probability, score, share};
@@ -27,9 +28,9 @@ const MOST_OF_AXIS: usize = 30;
 const CONFUSABLE_PAIRS_MAX: usize = 12;
 
 impl Report for DiagnoseReport<'_> {
-    type Json = DiagnoseResult;
+    const SCHEMA: &'static str = "diagnose/1";
 
-    fn json(&self) -> DiagnoseResult {
+    fn json(&self) -> impl Published {
         DiagnoseResult::of(self)
     }
 
@@ -64,7 +65,7 @@ impl Report for DiagnoseReport<'_> {
                 document.push(Block::Steps(words::experiment::steps(plan)));
             }
         }
-        let explained = !(diagnosis.chosen.is_empty() && self.discovered.is_empty());
+        let explained = diagnosis.chosen > 0 || !self.discovered.is_empty();
         // Where no effect is named they are what there is to say.
         if !explained {
             self.push_calibrations(&mut document);
@@ -88,9 +89,9 @@ impl Report for DiagnoseReport<'_> {
             Medium::All,
             &format!(
                 "What the residual follows that is left (score {})",
-                score(self.score_after())
+                score(self.diagnosis.score_after)
             ),
-            Block::List(remains(diagnosis)),
+            Block::List(remains(&diagnosis.unexplained)),
         );
         let left = foremost(&diagnosis.unexplained, words::diagnose::REMAINS);
         for (finding, over_two) in left.iter().filter_map(|f| Some((f, f.map.as_ref()?))) {
@@ -208,14 +209,15 @@ impl DiagnoseReport<'_> {
     }
 
     fn limits(&self) -> Table {
-        let lines = limits(self.diagnosis, &self.model.robot);
-        let rows = lines.into_iter().map(|line| {
-            let places = line.places.iter().map(|(at, size)| format!("{at} {size}"));
-            let places = places.collect::<Vec<_>>().join("; ");
-            vec![words(line.kind.id), words(line.size), words(places.trim())]
-        });
-        let head = vec![words("effect"), words("size"), words("by place")];
-        Table { head: vec![head], rows: rows.collect() }
+        let columns: [Column<'_, Limits>; 3] = [
+            (words("effect"), &|line| words(line.kind.id)),
+            (words("size"), &|line| words(line.size.clone())),
+            (words("by place"), &|line| {
+                let places = line.places.iter().map(|(at, size)| format!("{at} {size}"));
+                words(places.collect::<Vec<_>>().join("; ").trim())
+            }),
+        ];
+        Table::of(limits(self.diagnosis, &self.model.robot), &columns)
     }
 
     fn confusable(&self) -> Table {

@@ -1,9 +1,11 @@
 //! Numbers that were identified, with intervals, and what shows whether the model fits.
 
-use super::Report;
+use super::{Published, Report};
 use crate::color::{Dash, run};
-use crate::document::{Block, Document, Medium, Picture, Plot, PlotLine, Table, number, words};
-use crate::json::{IdentifyResult, StiffnessPlanResult};
+use crate::document::{
+    Block, Column, Document, Medium, Picture, Plot, PlotLine, Table, number, words,
+};
+use crate::json::identify::{IdentifyResult, StiffnessPlanResult};
 use crate::words::identify::{
     expected, headline, is_misfit, joints_of, lead, linear, load, open, part, plan_headline,
     plan_setting, quantity, setting, with_interval,
@@ -11,12 +13,12 @@ use crate::words::identify::{
 use crate::words::{digits, fixed, score, share, signed_share};
 use crate::{IdentifyReport, StiffnessPlanReport};
 use std::f64::consts::TAU;
-use trueweld_estimate::identify::{IdentificationTarget, StiffnessCurve};
+use trueweld_estimate::identify::{IdentificationTarget, Mode, Section, StiffnessCurve};
 
 impl Report for IdentifyReport<'_> {
-    type Json = IdentifyResult;
+    const SCHEMA: &'static str = "identify/1";
 
-    fn json(&self) -> IdentifyResult {
+    fn json(&self) -> impl Published {
         IdentifyResult::of(self)
     }
 
@@ -88,46 +90,32 @@ impl IdentifyReport<'_> {
 
     fn modes(&self) -> Table {
         let names = &self.model.robot.joint_names;
-        let row = |m: &trueweld_estimate::identify::Mode| {
-            vec![
-                words(m.log.clone()),
-                number(fixed(m.natural / TAU, 2)),
-                number(format!(
-                    "{} ± {}",
-                    fixed(m.frequency / TAU, 3),
-                    fixed(m.frequency_half / TAU, 3)
-                )),
-                number(format!("{} ± {}", digits(m.decay, 3), digits(m.decay_half, 2))),
-                number(digits(m.fitted, 3)),
-                number(share(m.ratio)),
-                words(joints_of(m, names)),
-            ]
-        };
-        let head = [
-            words("log"),
-            number("from M and K, Hz"),
-            number("seen, Hz"),
-            number("c = (2/T) ln(A₁/A₂), 1/s"),
-            number("from D, 1/s"),
-            number("of critical"),
-            words("energy in"),
+        let hz = |rate: f64, places: usize| fixed(rate / TAU, places);
+        let columns: [Column<'_, &Mode>; 7] = [
+            (words("log"), &|m| words(m.log.clone())),
+            (number("from M and K, Hz"), &|m| number(hz(m.natural, 2))),
+            (number("seen, Hz"), &|m| {
+                number(format!("{} ± {}", hz(m.frequency, 3), hz(m.frequency_half, 3)))
+            }),
+            (number("c = (2/T) ln(A₁/A₂), 1/s"), &|m| {
+                number(format!("{} ± {}", digits(m.decay, 3), digits(m.decay_half, 2)))
+            }),
+            (number("from D, 1/s"), &|m| number(digits(m.fitted, 3))),
+            (number("of critical"), &|m| number(share(m.ratio))),
+            (words("energy in"), &|m| words(joints_of(m, names))),
         ];
-        Table { head: vec![head.to_vec()], rows: self.found.modes.iter().map(row).collect() }
+        Table::of(&self.found.modes, &columns)
     }
 
     fn sections(&self) -> Table {
-        let row = |s: &trueweld_estimate::identify::Section| {
-            vec![
-                words(s.log.clone()),
-                words(part(s)),
-                number(format!("{} s", fixed(s.lasts, 1))),
-                number(s.samples.to_string()),
-                number(score(s.score)),
-            ]
-        };
-        let head =
-            [words("log"), words("part"), number("lasts"), number("values"), number("score")];
-        Table { head: vec![head.to_vec()], rows: self.found.sections.iter().map(row).collect() }
+        let columns: [Column<'_, &Section>; 5] = [
+            (words("log"), &|s| words(s.log.clone())),
+            (words("part"), &|s| words(part(s))),
+            (number("lasts"), &|s| number(format!("{} s", fixed(s.lasts, 1)))),
+            (number("values"), &|s| number(s.samples.to_string())),
+            (number("score"), &|s| number(score(s.score))),
+        ];
+        Table::of(&self.found.sections, &columns)
     }
 
     fn correlation(&self) -> Table {
@@ -192,27 +180,22 @@ impl IdentifyReport<'_> {
 }
 
 impl Report for StiffnessPlanReport<'_> {
-    type Json = StiffnessPlanResult;
+    const SCHEMA: &'static str = "identify-plan/1";
 
-    fn json(&self) -> StiffnessPlanResult {
+    fn json(&self) -> impl Published {
         StiffnessPlanResult::of(self)
     }
 
     fn document(&self) -> Document {
         let mut document = Document::new("Plan", plan_headline(self), self.provenance);
         let joints = &self.model.robot.joint_names;
-        let row = |j: usize| {
-            vec![
-                words(joints[j].clone()),
-                number(expected(self.plan.deviations[j])),
-                number(expected(self.plan.by_hand_deviations[j])),
-            ]
-        };
-        let head = vec![words(""), number("planned, 95 %"), number("picked by hand, 95 %")];
-        document.push(Block::Table(Table {
-            head: vec![head],
-            rows: (0..joints.len()).map(row).collect(),
-        }));
+        let of = |deviations: &[f64], j: usize| number(expected(deviations[j]));
+        let columns: [Column<'_, usize>; 3] = [
+            (words(""), &|j| words(joints[*j].clone())),
+            (number("planned, 95 %"), &|j| of(&self.plan.deviations, *j)),
+            (number("picked by hand, 95 %"), &|j| of(&self.plan.by_hand_deviations, *j)),
+        ];
+        document.push(Block::Table(Table::of(0..joints.len(), &columns)));
         let degrees = |q: &trueweld_core::JointVector<f64>| {
             q.iter().map(|a| number(fixed(a.to_degrees(), 0))).collect::<Vec<_>>()
         };

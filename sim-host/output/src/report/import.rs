@@ -1,16 +1,16 @@
 //! Files of unknown make, and how they are proposed to be read.
 
-use super::Report;
+use super::{Published, Report};
 use crate::ImportReport;
 use crate::document::{Block, Document, Medium, Table, Tone, number, words};
-use crate::json::ImportResult;
+use crate::json::import::ImportResult;
 use crate::words::import::{bases, doubts, headline};
 use trueweld_logs::log::channel_name;
 
 impl Report for ImportReport<'_> {
-    type Json = ImportResult;
+    const SCHEMA: &'static str = "import-log/1";
 
-    fn json(&self) -> ImportResult {
+    fn json(&self) -> impl Published {
         ImportResult::of(self)
     }
 

@@ -1,21 +1,21 @@
 //! How a model was improved: how the error fell step by step, and every value with where it comes
 //! from.
 
-use super::Report;
 use super::diagnose::evidence;
 use super::residuals::{BEFORE_AND_AFTER_COLUMNS, before_and_after, score_bar};
+use super::{Published, Report};
 use crate::ImproveReport;
-use crate::document::{Block, Document, Medium, Table, TableCell, number, words};
-use crate::json::{ImproveResult, PosteriorNumber};
+use crate::document::{Block, Column, Document, Medium, Table, number, words};
+use crate::json::improve::{ImproveResult, PosteriorNumber};
 use crate::samples::{self, BlockTable};
 use crate::words::diagnose::{CURVES, INCOMPLETE_HEADING, remains, undone};
 use crate::words::{condensed, digits, score};
 use trueweld_diagnose::DiagnosisVerdict;
 
 impl Report for ImproveReport<'_> {
-    type Json = ImproveResult;
+    const SCHEMA: &'static str = "improve/1";
 
-    fn json(&self) -> ImproveResult {
+    fn json(&self) -> impl Published {
         ImproveResult::of(self)
     }
 
@@ -35,7 +35,7 @@ impl Report for ImproveReport<'_> {
         document.push(Block::List(self.laws()));
         document.push(Block::Note(self.setting()));
         document.section(Medium::All, "Step by step", Block::Table(self.steps()));
-        if improvement.fitted.is_some() {
+        if improvement.is_any() {
             let found = super::discover::curves(&improvement.discovered, &self.model.robot);
             document.section(Medium::Page, crate::words::discover::CURVE, Block::Figures(found));
             let curves = self
@@ -67,13 +67,13 @@ impl Report for ImproveReport<'_> {
         );
         document.push_on(Medium::Page, Block::Note(self.not_measured()));
         document.section(Medium::All, "Tried and not kept", Block::Table(self.rejections()));
-        let left_out = undone(&improvement.diagnosis.incomplete, &self.model.robot);
+        let left_out = undone(&improvement.incomplete, &self.model.robot);
         document.section(Medium::All, INCOMPLETE_HEADING, Block::List(left_out));
         if improvement.verdict == DiagnosisVerdict::UnknownEffect {
             document.section(
                 Medium::All,
                 "What the residual follows that is left",
-                Block::List(remains(&improvement.diagnosis)),
+                Block::List(remains(&improvement.unexplained)),
             );
         }
         document.push(Block::List(crate::words::compare::notes(self.notices)));
@@ -116,10 +116,24 @@ impl ImproveReport<'_> {
     /// Every number that the logs measure, with every calibration free beside it.
     fn posterior(&self) -> Table {
         let numbers = |of| PosteriorNumber::all(of, &self.model.robot);
-        let rows = self.posterior.map_or(Vec::new(), numbers).into_iter().map(posterior_row);
-        let numbers = ["value", "95 %", "± from log to log"].map(number);
-        let head = [words("")].into_iter().chain(numbers).chain([words("unit"), words("")]);
-        Table { head: vec![head.collect()], rows: rows.collect() }
+        let name = |n: &PosteriorNumber| match n.at.as_str() {
+            "" => format!("{}: {}", n.effect, n.parameter),
+            at => format!("{} at {at}: {}", n.effect, n.parameter),
+        };
+        let interval =
+            |n: &PosteriorNumber| format!("{} to {}", digits(n.low, 3), digits(n.high, 3));
+        let columns: [Column<'_, PosteriorNumber>; 6] = [
+            (words(""), &|n| words(name(n))),
+            (number("value"), &|n| number(digits(n.value, 3))),
+            (number("95 %"), &|n| number(interval(n))),
+            (number("± from log to log"), &|n| match n.between_logs > 0.0 {
+                true => number(digits(n.between_logs, 2)),
+                false => number(""),
+            }),
+            (words("unit"), &|n| words(n.unit)),
+            (words(""), &|n| words(if n.at_bound { "at the bound" } else { "" })),
+        ];
+        Table::of(self.posterior.map_or(Vec::new(), numbers), &columns)
     }
 
     fn not_measured(&self) -> String {
@@ -139,24 +153,6 @@ impl ImproveReport<'_> {
         let head = vec![words(""), number("held-out score"), words("why not")];
         Table { head: vec![head], rows: rows.collect() }
     }
-}
-
-fn posterior_row(n: PosteriorNumber) -> Vec<TableCell> {
-    let name = match n.at.as_str() {
-        "" => format!("{}: {}", n.effect, n.parameter),
-        at => format!("{} at {at}: {}", n.effect, n.parameter),
-    };
-    let between = if n.between_logs > 0.0 { digits(n.between_logs, 2) } else { String::new() };
-    let interval = format!("{} to {}", digits(n.low, 3), digits(n.high, 3));
-    let bound = if n.at_bound { "at the bound" } else { "" };
-    vec![
-        words(name),
-        number(digits(n.value, 3)),
-        number(interval),
-        number(between),
-        words(n.unit),
-        words(bound),
-    ]
 }
 
 #[cfg(test)]

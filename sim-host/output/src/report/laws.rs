@@ -1,11 +1,11 @@
 //! Laws side by side.
 
-use super::Report;
+use super::{Published, Report};
 use crate::color;
 use crate::document::{
     Block, Document, Medium, Picture, Plot, PlotLine, Table, number, reference, words,
 };
-use crate::json::LawsResult;
+use crate::json::laws::LawsResult;
 use crate::samples::{self, BlockTable};
 use crate::words::laws::{axis, failures, headline, label, setting, title};
 use crate::{LawsReport, MILLI};
@@ -33,9 +33,9 @@ const TABLES: [(Medium, &str, &[TableFigure]); 3] = [
 ];
 
 impl Report for LawsReport<'_> {
-    type Json = LawsResult;
+    const SCHEMA: &'static str = "compare-laws/1";
 
-    fn json(&self) -> LawsResult {
+    fn json(&self) -> impl Published {
         LawsResult::of(self)
     }
 

@@ -1,16 +1,26 @@
 //! Gross mistakes in the files: what every command about measurements says in place of physics.
 
-use super::Report;
-use crate::MistakesReport;
+use super::{Published, Report};
 use crate::document::{Block, Document};
-use crate::json::MistakesResult;
+use crate::json;
+use crate::json::mistakes::MistakesResult;
 use crate::words::mistakes::{headline, mistake};
+use crate::{DiagnoseReport, ImproveReport, MistakesReport};
 
 impl Report for MistakesReport<'_> {
-    type Json = MistakesResult;
+    const SCHEMA: &'static str = "compare/1";
 
-    fn json(&self) -> MistakesResult {
+    fn json(&self) -> impl Published {
         MistakesResult::of(self)
+    }
+
+    fn json_text(&self) -> String {
+        let schema = match self.provenance.command.as_str() {
+            "diagnose" => DiagnoseReport::SCHEMA,
+            "improve" => ImproveReport::SCHEMA,
+            _ => Self::SCHEMA,
+        };
+        json::text(schema, &self.json())
     }
 
     fn document(&self) -> Document {

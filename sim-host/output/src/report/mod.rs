@@ -20,12 +20,18 @@ mod weld;
 use crate::document::Document;
 use crate::json;
 use crate::samples::BlockTable;
+use schemars::{JsonSchema, Schema};
 use serde::Serialize;
 
 #[cfg(feature = "rerun")]
 use crate::OutputError;
 #[cfg(feature = "rerun")]
 use std::path::Path;
+
+/// What a file for programs is written of, and its schema made of.
+pub trait Published: Serialize + JsonSchema {}
+
+impl<T: Serialize + JsonSchema> Published for T {}
 
 /// What a command has found, for people and for programs.
 ///
@@ -38,11 +44,11 @@ use std::path::Path;
 /// }
 /// ```
 pub trait Report {
-    /// The result as one file for programs.
-    type Json: Serialize;
+    /// Name and version of the file for programs.
+    const SCHEMA: &'static str;
 
-    /// The result for programs.
-    fn json(&self) -> Self::Json;
+    /// What that file holds beside name and version.
+    fn json(&self) -> impl Published;
 
     /// The result as people read it.
     fn document(&self) -> Document;
@@ -54,7 +60,7 @@ pub trait Report {
 
     /// The text of the file for programs.
     fn json_text(&self) -> String {
-        json::text(&self.json())
+        json::text(Self::SCHEMA, &self.json())
     }
 
     /// The result for a terminal.
@@ -76,4 +82,33 @@ pub trait Recorded {
     /// [`OutputError`] with the path; no file is left behind.
     #[cfg(feature = "rerun")]
     fn record(&self, path: &Path) -> Result<(), OutputError>;
+}
+
+/// The name of every schema, which a file has as its `schema`, without its version; and the schema.
+pub fn schemas() -> Vec<(&'static str, Schema)> {
+    fn of<R: Report + 'static, J: JsonSchema>(
+        _: impl FnOnce(&'static R) -> J,
+    ) -> (&'static str, Schema) {
+        json::schema::<J>(R::SCHEMA)
+    }
+    vec![
+        of(crate::WeldReport::json),
+        of(crate::StepReport::json),
+        of(crate::LawsReport::json),
+        of(crate::CertifyReport::json),
+        of(crate::TuneReport::json),
+        of(crate::StudyLayoutReport::json),
+        of(crate::StudyLimitsReport::json),
+        of(crate::StudyPaperReport::json),
+        of(crate::StudySensitivityReport::json),
+        of(crate::CompareReport::json),
+        of(crate::DiagnoseReport::json),
+        of(crate::ImproveReport::json),
+        of(crate::RecordReport::json),
+        of(crate::RegisterReport::json),
+        of(crate::ImportReport::json),
+        of(crate::IdentifyReport::json),
+        of(crate::StiffnessPlanReport::json),
+        json::schema::<json::CheckResult>(json::CheckResult::SCHEMA),
+    ]
 }

@@ -1,16 +1,15 @@
 //! What was recorded of a simulated cell.
 
-use super::Report;
-use crate::RecordReport;
-use crate::document::{Block, Document, Table, number, words};
-use crate::json::{RecordResult, RecordedLog};
+use super::{Published, Report};
+use crate::document::{Block, Column, Document, Table, number, words};
 use crate::words::{counted, fixed};
+use crate::{RecordReport, RecordedLog};
 
 impl Report for RecordReport<'_> {
-    type Json = RecordResult;
+    const SCHEMA: &'static str = "record/1";
 
-    fn json(&self) -> RecordResult {
-        RecordResult::of(self)
+    fn json(&self) -> impl Published {
+        self
     }
 
     fn document(&self) -> Document {
@@ -22,17 +21,14 @@ impl Report for RecordReport<'_> {
             self.seed
         );
         let mut document = Document::new("Record", headline, self.provenance);
-        let head =
-            vec![words("log"), words("kind"), number("rows"), number("from, s"), number("to, s")];
-        let row = |log: &RecordedLog| {
-            let [from, to] = log.time_s.map(|time| number(fixed(time, 3)));
-            let rows = number(log.rows.to_string());
-            vec![words(log.name.clone()), words(log.kind.clone()), rows, from, to]
-        };
-        document.push(Block::Table(Table {
-            head: vec![head],
-            rows: self.json().logs.iter().map(row).collect(),
-        }));
+        let columns: [Column<'_, &RecordedLog>; 5] = [
+            (words("log"), &|log| words(log.name.clone())),
+            (words("kind"), &|log| words(log.kind)),
+            (number("rows"), &|log| number(log.rows.to_string())),
+            (number("from, s"), &|log| number(fixed(log.time_s[0], 3))),
+            (number("to, s"), &|log| number(fixed(log.time_s[1], 3))),
+        ];
+        document.push(Block::Table(Table::of(self.logs, &columns)));
         document
     }
 }

@@ -1,18 +1,18 @@
 //! Where a tracker stands, and what it sees of the tool.
 
-use super::Report;
+use super::{Published, Report};
 use crate::RegisterReport;
 use crate::document::{Block, Document, Table, number, words};
-use crate::json::RegisterResult;
+use crate::json::register::RegisterResult;
 use crate::words::register::{half, headline, table};
 use crate::words::{Scale, fixed};
 use trueweld_core::Pose;
 use trueweld_core::spatial::rotation_vector;
 
 impl Report for RegisterReport<'_> {
-    type Json = RegisterResult;
+    const SCHEMA: &'static str = "register/1";
 
-    fn json(&self) -> RegisterResult {
+    fn json(&self) -> impl Published {
         RegisterResult::of(self)
     }
 

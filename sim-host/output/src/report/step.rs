@@ -1,12 +1,11 @@
 //! Responses of the controllers to a step of the push.
 
-use super::Report;
+use super::{Published, Report};
 use crate::color::{self, Dash};
 use crate::document::{
     Block, Document, Medium, Picture, Plot, PlotLine, Table, TableCell, Tone, number, reference,
     words,
 };
-use crate::json::StepResult;
 use crate::samples::{self, BlockTable};
 use crate::words::step::{headline, milliseconds, setting};
 use crate::words::{PublishedStep, fixed};
@@ -14,10 +13,10 @@ use crate::{MILLI, StepReport, StepRun};
 use trueweld_plant::simulate::RecordRow;
 
 impl Report for StepReport<'_> {
-    type Json = StepResult;
+    const SCHEMA: &'static str = "step-result/1";
 
-    fn json(&self) -> StepResult {
-        StepResult::of(self)
+    fn json(&self) -> impl Published {
+        self
     }
 
     fn samples(&self) -> Option<BlockTable<'_>> {
@@ -48,11 +47,11 @@ fn table(runs: &[StepRun]) -> Table {
     for StepRun { figures: ours, .. } in runs {
         rows.push(vec![
             words(ours.controller),
-            number(time(ours.first_within_5pct)),
-            number(time(ours.settle_5pct)),
+            number(time(ours.first_within_5pct_s)),
+            number(time(ours.settle_5pct_s)),
             number(percent(ours.overshoot)),
-            number(format!("{} N", fixed(ours.static_error, 0))),
-            number(format!("{:.0} N", ours.ripple)),
+            number(format!("{} N", fixed(ours.static_error_n, 0))),
+            number(format!("{:.0} N", ours.ripple_n)),
         ]);
         if let Some(theirs) = PublishedStep::of(ours.controller) {
             rows.push(vec![

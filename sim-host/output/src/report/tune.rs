@@ -1,9 +1,9 @@
 //! Gains for a robot, what limits them, and the runs that confirm them.
 
-use super::Report;
+use super::{Published, Report};
 use crate::TuneReport;
-use crate::document::{Block, Document, Medium, Table, TableCell, number, words};
-use crate::json::TuneResult;
+use crate::document::{Block, Column, Document, Medium, Table, TableCell, number, words};
+use crate::json::tune::TuneResult;
 use crate::words::requirement::shown;
 use crate::words::step::milliseconds;
 use crate::words::tune::{confirmed, headline, limits, of_weld, setting};
@@ -13,9 +13,9 @@ use trueweld_evaluate::ArmAt;
 use trueweld_evaluate::tune::{LoopCriterion, Rating};
 
 impl Report for TuneReport<'_> {
-    type Json = TuneResult;
+    const SCHEMA: &'static str = "tune/1";
 
-    fn json(&self) -> TuneResult {
+    fn json(&self) -> impl Published {
         TuneResult::of(self)
     }
 
@@ -64,7 +64,7 @@ impl TuneReport<'_> {
             let met = |criterion: LoopCriterion| {
                 tuned.response.iter().any(|r| r.criterion == criterion && r.is_met())
             };
-            let settled = tuned.step.as_ref().and_then(|step| step.settle_5pct);
+            let settled = tuned.step.as_ref().and_then(|step| step.settle_5pct_s);
             let settled = settled.map_or("never".to_owned(), milliseconds);
             let overshoot =
                 tuned.step.as_ref().map_or("–".to_owned(), |step| share(step.overshoot));
@@ -96,33 +96,19 @@ impl TuneReport<'_> {
     }
 
     fn arm_table(&self) -> Table {
-        let row = |at: &ArmAt| {
-            let percent = |all: &trueweld_core::JointVector<f64>| {
-                let each: Vec<String> = all.iter().map(|v| fixed(100.0 * v, 0)).collect();
-                number(each.join(" / "))
-            };
-            vec![
-                words(format!("{:.2} m", at.path)),
-                number(fixed(at.mode / TAU, 1)),
-                number(fixed(1e-6 * at.stiffness, 2)),
-                percent(&at.torque),
-                percent(&at.speed),
-                number(fixed(1e3 * at.correction[0], 2)),
-                number(fixed(at.correction[1].to_degrees(), 3)),
-            ]
+        let percent = |all: &[f64]| {
+            let each: Vec<String> = all.iter().map(|v| fixed(100.0 * v, 0)).collect();
+            number(each.join(" / "))
         };
-        let head = [
-            "path",
-            "first mode, Hz",
-            "along the tool, kN/mm",
-            "torque A1…A6, %",
-            "speed A1…A6, %",
-            "correction asked for, mm",
-            "°",
+        let columns: [Column<'_, &ArmAt>; 7] = [
+            (words("path"), &|at| words(format!("{:.2} m", at.path_m))),
+            (words("first mode, Hz"), &|at| number(fixed(at.mode_rad_s / TAU, 1))),
+            (words("along the tool, kN/mm"), &|at| number(fixed(1e-6 * at.stiffness_n_m, 2))),
+            (words("torque A1…A6, %"), &|at| percent(&at.torque)),
+            (words("speed A1…A6, %"), &|at| percent(&at.speed)),
+            (words("correction asked for, mm"), &|at| number(fixed(1e3 * at.correction_m, 2))),
+            (words("°"), &|at| number(fixed(at.correction_rad.to_degrees(), 3))),
         ];
-        Table {
-            head: vec![head.map(words).to_vec()],
-            rows: self.tuning.arm.iter().map(row).collect(),
-        }
+        Table::of(&self.tuning.arm, &columns)
     }
 }

@@ -1,14 +1,13 @@
 //! Welds of a seam, side by side.
 
-use super::Report;
+use super::{Published, Report};
 use crate::color::{self, Dash, JOINT_COLOURS as JOINT_COLORS};
 use crate::document::{
     Block, Document, Medium, Picture, Plot, PlotLine, Table, number, reference, words,
 };
-use crate::json::WeldResult;
 use crate::path::{moving, travelled};
 use crate::samples::{self, BlockTable};
-use crate::words::weld::{headline, run_names, setting, speed};
+use crate::words::weld::{beyond_half_pin, headline, run_names, setting, speed};
 use crate::words::{Scale, fixed};
 use crate::{MILLI, WeldReport, WeldRun};
 use trueweld_core::monitor::WATCHED_ORDERS;
@@ -17,10 +16,10 @@ use trueweld_evaluate::{DriveLoad, Spread, WeldFigures};
 use trueweld_plant::simulate::{Phase, RecordRow};
 
 impl Report for WeldReport<'_> {
-    type Json = WeldResult;
+    const SCHEMA: &'static str = "weld-result/1";
 
-    fn json(&self) -> WeldResult {
-        WeldResult::of(self)
+    fn json(&self) -> impl Published {
+        self
     }
 
     fn samples(&self) -> Option<BlockTable<'_>> {
@@ -73,20 +72,20 @@ fn table(runs: &[WeldRun], names: &[String]) -> Table {
         rows.push(std::iter::once(words(label)).chain(cells).collect());
     };
     text("within half the pin?", &|run| {
-        let met = run.figures.of_half_pin < 1.0;
+        let met = !beyond_half_pin(run);
         let [largest, limit] =
             [run.figures.lateral.max_abs, run.recording.half_pin].map(|v| fixed(v * MILLI, 2));
         (format!("{largest} of ±{limit} mm: {}", if met { "yes" } else { "exceeded" }), !met)
     });
     text("the weld asked for?", &|run| {
         let judged = &run.figures.judged;
-        match judged.iter().filter(|judged| !judged.is_met()).count() {
+        match judged.iter().filter(|judged| !judged.met).count() {
             0 => ("yes".to_owned(), false),
             missed => (format!("no, {missed} of {} missed", judged.len()), true),
         }
     });
     text("before the steady part", &|run| {
-        let largest = run.figures.lateral_before;
+        let largest = run.figures.lateral_before_m;
         (format!("{} mm lateral", fixed(largest * MILLI, 2)), largest >= run.recording.half_pin)
     });
     text("push, mean", &|run| (format!("{:.3} kN", run.figures.force.mean / MILLI), false));
@@ -115,7 +114,7 @@ fn table(runs: &[WeldRun], names: &[String]) -> Table {
     text("at a limit or faulted", &|run| match run.figures.limited_rows {
         0 => ("never".to_owned(), false),
         rows => {
-            let first = run.figures.first_limit.map_or(0.0, |first| first.time);
+            let first = run.figures.first_limit.as_ref().map_or(0.0, |first| first.time_s);
             (format!("{:.2} s, first at {first:.2} s", rows as f64 * run.recording.period), true)
         }
     });
@@ -124,7 +123,7 @@ fn table(runs: &[WeldRun], names: &[String]) -> Table {
         Some((first, more)) => {
             let more =
                 if more.is_empty() { String::new() } else { format!(", {} more", more.len()) };
-            (format!("{} at {:.2} s{more}", first.kind, first.first), true)
+            (format!("{} at {:.2} s{more}", first.kind, first.first_s), true)
         }
     });
     Table { head, rows }

@@ -67,8 +67,8 @@ pub(crate) fn weld_recording(
 /// What simulated runs are of, and what each stood at.
 fn origin(document: &Document, shown: &[DrawnRun<'_>]) -> String {
     let limits = shown.iter().map(|s| {
-        let spans = limit_spans(&s.recording.rows, &s.recording.max_torque);
-        format!("- {}: {}\n", s.name, limits(&spans, s.recording.period))
+        let spans = limit_spans(s.recording);
+        format!("- {}: {}\n", s.name, limits(&spans))
     });
     format!("{}\n### Limits\n\n{}", document.origin_markdown(), limits.collect::<String>())
 }

@@ -222,7 +222,7 @@ fn events<W: Write>(
     from: usize,
 ) -> Result<(), RecordError> {
     let entity = format!("/{}/events", shown.root);
-    let warnings = health_warnings(&shown.recording.rows);
+    let warnings = health_warnings(&shown.recording.rows, shown.recording.period);
     let (done, rows) = shown.recording.rows.split_at(from);
     let mut before = done.last();
     for row in rows {
@@ -260,7 +260,7 @@ fn events<W: Write>(
                 None => log("fault gone".to_owned(), TextLogLevel::INFO.into())?,
             }
         }
-        for warning in warnings.iter().filter(|warning| warning.first == row.time) {
+        for warning in warnings.iter().filter(|warning| warning.first_s == row.time) {
             log(words::weld::warning(warning), TextLogLevel::WARN.into())?;
         }
         before = Some(row);

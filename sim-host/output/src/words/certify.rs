@@ -12,27 +12,27 @@ use trueweld_evaluate::certify::{
 use trueweld_evaluate::{Distribution, UncertainCell};
 
 /// The verdict in a sentence.
-pub(crate) fn headline(report: &CertifyReport<'_>) -> String {
-    let verdict = match report.verdict() {
+pub(crate) fn headline(report: &CertifyReport) -> String {
+    let verdict = match report.certificate.verdict() {
         Verdict::Pass => "meets its requirements",
         Verdict::NotShown => not_shown(report),
         Verdict::Fail => "does not meet its requirements",
     };
-    let cell = match report.uncertain.is_one_cell() {
+    let cell = match report.certificate.uncertain.is_one_cell() {
         true => ", of one cell alone: they leave nothing of it uncertain".to_owned(),
         false => format!(
             ", with {} drawn and {} taken as known",
-            counted(drawn(report.uncertain), "uncertain number"),
-            report.uncertain.left_out().len()
+            counted(drawn(&report.certificate.uncertain), "uncertain number"),
+            report.certificate.uncertain.left_out().len()
         ),
     };
-    format!("The law {} {verdict}{cell}", report.law)
+    format!("The law {} {verdict}{cell}", report.certificate.law)
 }
 
 /// Why nothing is decided.
-fn not_shown(report: &CertifyReport<'_>) -> &'static str {
+fn not_shown(report: &CertifyReport) -> &'static str {
     let open = || {
-        let all = report.welds.iter().flat_map(|weld| &weld.requirements);
+        let all = report.certificate.welds.iter().flat_map(|weld| &weld.requirements);
         all.filter(|r| r.verdict == Verdict::NotShown).filter_map(|r| r.reason.as_ref())
     };
     if open().any(|reason| matches!(reason, Reason::NoRun)) {
@@ -46,9 +46,9 @@ fn not_shown(report: &CertifyReport<'_>) -> &'static str {
 }
 
 /// The verdict before the headline: of a pass with what is weak although no requirement forbids it.
-pub(crate) fn verdict(report: &CertifyReport<'_>) -> String {
-    let (word, weak) = (verdict_word(report.verdict()), weak(report));
-    match report.verdict() {
+pub(crate) fn verdict(report: &CertifyReport) -> String {
+    let (word, weak) = (verdict_word(report.certificate.verdict()), weak(report));
+    match report.certificate.verdict() {
         Verdict::Pass if !weak.is_empty() => {
             format!("{word}, with {}: {}", counted(weak.len(), "weak point"), weak.join("; "))
         }
@@ -58,9 +58,9 @@ pub(crate) fn verdict(report: &CertifyReport<'_>) -> String {
 
 /// What is weak although no requirement forbids it, in short: margins below what is customary, and
 /// searched cells beyond a limit.
-pub(crate) fn weak(report: &CertifyReport<'_>) -> Vec<String> {
-    let named = report.welds.len() > 1;
-    report.welds.iter().flat_map(|weld| weak_of_weld(weld, named)).collect()
+pub(crate) fn weak(report: &CertifyReport) -> Vec<String> {
+    let named = report.certificate.welds.len() > 1;
+    report.certificate.welds.iter().flat_map(|weld| weak_of_weld(weld, named)).collect()
 }
 
 /// The same of one weld, with its name where there are several.
@@ -130,8 +130,8 @@ pub(crate) fn verdict_word(verdict: Verdict) -> &'static str {
 }
 
 /// How many requirements are met.
-pub(crate) fn lead(report: &CertifyReport<'_>) -> String {
-    let all = || report.welds.iter().flat_map(|weld| &weld.requirements);
+pub(crate) fn lead(report: &CertifyReport) -> String {
+    let all = || report.certificate.welds.iter().flat_map(|weld| &weld.requirements);
     let count = |verdict: Verdict| all().filter(|r| r.verdict == verdict).count();
     let of = |count: usize, what: &str| match count {
         0 => String::new(),
@@ -147,10 +147,10 @@ pub(crate) fn lead(report: &CertifyReport<'_>) -> String {
 }
 
 /// Why requirements are not met or not shown, each reason once with the requirements that it is of.
-pub(crate) fn reasons(report: &CertifyReport<'_>) -> Vec<String> {
+pub(crate) fn reasons(report: &CertifyReport) -> Vec<String> {
     let mut told: Vec<(String, String, Vec<&str>)> = Vec::new();
     let failed = |r: &&Requirement| r.verdict != Verdict::Pass;
-    for weld in &report.welds {
+    for weld in &report.certificate.welds {
         for r in weld.requirements.iter().filter(failed) {
             let of = format!("{}, {}", weld.name, case_name(r.case));
             let reason = reason(r).unwrap_or_default();
@@ -167,9 +167,9 @@ pub(crate) fn reasons(report: &CertifyReport<'_>) -> Vec<String> {
 }
 
 /// How the runs were made.
-pub(crate) fn setting(report: &CertifyReport<'_>) -> String {
-    let [probability, confidence] = report.asked.map(share);
-    let drawn = match report.uncertain.is_one_cell() {
+pub(crate) fn setting(report: &CertifyReport) -> String {
+    let [probability, confidence] = report.certificate.asked.map(share);
+    let drawn = match report.certificate.uncertain.is_one_cell() {
         true => "Drawn cells differ in the phase of the spindle and in noise alone.",
         false => {
             "Every drawn cell differs from what the law assumes by as much as the requirements say is not known."
@@ -180,15 +180,15 @@ pub(crate) fn setting(report: &CertifyReport<'_>) -> String {
          the seam, in depth, tilt, mean push and mean speed, with no drive at its limit. Asked of drawn cells: no more than {probability} of welds beyond a limit, of each limit and of \
          all together, shown with a confidence of {confidence} (exact binomial bound, for a number of \
          trials that was fixed beforehand). With {} control, pass {} of each run, {}. {drawn}",
-        report.controller,
-        report.passes,
+        report.certificate.controller,
+        report.certificate.passes,
         seed(report)
     )
 }
 
 /// The seed of the draws, and who chose it.
-fn seed(report: &CertifyReport<'_>) -> String {
-    let seed = report.seed;
+fn seed(report: &CertifyReport) -> String {
+    let seed = report.certificate.seed;
     match report.seed_given {
         true => format!(
             "draws of the seed {seed}, which was chosen and does not follow from the inputs"
@@ -215,8 +215,10 @@ pub(crate) fn of_case(weld: &CertifiedWeld, case: EvidenceKind) -> String {
         EvidenceKind::Nominal => "Nominal cell, one run".to_owned(),
         EvidenceKind::Draws => counted(evidence.trials.len(), "drawn cell"),
         EvidenceKind::Rare => {
-            let (runs, levels) =
-                evidence.rare.as_ref().map_or((0, 0), |rare| (rare.runs, rare.subset.levels.len()));
+            let (runs, levels) = evidence
+                .rare
+                .as_ref()
+                .map_or((0, 0), |rare| (rare.subset.runs, rare.subset.levels.len()));
             format!("Rare failures, {} more at {}", counted(runs, "run"), counted(levels, "level"))
         }
         EvidenceKind::WorstCase => {
@@ -399,8 +401,8 @@ pub(crate) fn drawn_label(confidence: f64) -> String {
 }
 
 /// What the requirements ask nothing of, a sentence each.
-pub(crate) fn not_asked(report: &CertifyReport<'_>) -> Vec<String> {
-    let all = || report.welds.iter().flat_map(|weld| &weld.requirements);
+pub(crate) fn not_asked(report: &CertifyReport) -> Vec<String> {
+    let all = || report.certificate.welds.iter().flat_map(|weld| &weld.requirements);
     let none = |case: EvidenceKind| !all().any(|r| r.case == case);
     let cases = [
         (EvidenceKind::Margins, "No margin of the loop is required, and none was determined."),
@@ -412,7 +414,7 @@ pub(crate) fn not_asked(report: &CertifyReport<'_>) -> Vec<String> {
         .into_iter()
         .filter(|phase| !all().any(|r| r.name.split_once('.').is_some_and(|(p, _)| p == *phase)))
         .collect();
-    let held = report.welds.iter().flat_map(|weld| &weld.held).map(|limit| {
+    let held = report.certificate.welds.iter().flat_map(|weld| &weld.held).map(|limit| {
         format!(
             "{}: the control file allows no more than the limit of {}, so that no weld is beyond it and it shows \
              nothing of the law. Whether a correction stands at that limit is told by what it leaves.",
@@ -423,12 +425,15 @@ pub(crate) fn not_asked(report: &CertifyReport<'_>) -> Vec<String> {
     // Of several welds under one control file each once.
     let mut held: Vec<String> = held.collect();
     held.dedup();
-    let passes = (report.passes > 1).then(|| {
-        let (before, are) = match report.passes {
+    let passes = (report.certificate.passes > 1).then(|| {
+        let (before, are) = match report.certificate.passes {
             2 => ("Pass 1".to_owned(), "is not certified: it is a part, too"),
             n => (format!("Passes 1 to {}", n - 1), "are not certified: they are parts, too"),
         };
-        format!("{before} of each run {are}, and only pass {} is judged.", report.passes)
+        format!(
+            "{before} of each run {are}, and only pass {} is judged.",
+            report.certificate.passes
+        )
     });
     let phases = (!free.is_empty())
         .then(|| format!("Nothing limits the {} of the weld.", listed(&free, "and the")));
@@ -506,12 +511,12 @@ pub(crate) fn not_explained(cell: &UncertainCell) -> Option<String> {
 }
 
 /// What this stands on: simulation, a robot file, and what is taken as known; a sentence each.
-pub(crate) fn simulated(report: &CertifyReport<'_>) -> Vec<String> {
+pub(crate) fn simulated(report: &CertifyReport) -> Vec<String> {
     let robot = match report.robot_grade.as_str() {
         "" => "The robot file does not say where its numbers come from.".to_owned(),
         grade => format!("The robot file says of its numbers: “{grade}”"),
     };
-    let known = match report.uncertain.left_out().len() {
+    let known = match report.certificate.uncertain.left_out().len() {
         0 => "The draws leave nothing out that the library knows.".to_owned(),
         known => format!(
             "Taken as known, and not drawn: {known} effects and numbers (appendix). What of them the real \

@@ -174,15 +174,17 @@ pub(super) fn is_cut_short(diagnosis: &Diagnosis) -> bool {
 /// The finding in a sentence or two, of whatever kind it is; `next`: what to record next, in a sentence.
 pub(crate) fn verdict(
     diagnosis: &Diagnosis,
-    verdict: DiagnosisVerdict,
+    (verdict, unexplained): (DiagnosisVerdict, &[Finding]),
     robot: &RobotFile,
     next: Option<&str>,
 ) -> String {
     let before = score(diagnosis.score_before);
     let best = diagnosis.candidates.first();
     // What the calibrations do, where they are the finding: without what explains the rest in part.
-    let alone = if diagnosis.chosen.is_empty() { &diagnosis.improved } else { &diagnosis.null };
-    let after = trueweld_diagnose::score(&alone.residuals);
+    let after = match diagnosis.chosen {
+        0 => diagnosis.score_after,
+        _ => diagnosis.score_calibrated,
+    };
     let off = calibrations(&diagnosis.calibration, robot);
     let calibrated = (!off.is_empty() && after < FALL * diagnosis.score_before).then(|| {
         format!(
@@ -190,7 +192,7 @@ pub(crate) fn verdict(
             score(after)
         )
     });
-    let follows = || followed(&diagnosis.unexplained);
+    let follows = || followed(unexplained);
     let partial = || {
         let helps = |best: &&Candidate| best.held_out_after < FALL * best.held_out_before;
         best.filter(|best| best.explains()).filter(helps).map_or(String::new(), |best| {
@@ -271,7 +273,8 @@ impl DiagnoseReport<'_> {
         if !self.discovered.is_empty() {
             return discover::headline(self.discovered, robot);
         }
-        let verdict = verdict(self.diagnosis, self.diagnosis.verdict, robot, next.as_deref());
+        let found = (self.diagnosis.verdict, &self.diagnosis.unexplained[..]);
+        let verdict = verdict(self.diagnosis, found, robot, next.as_deref());
         if is_cut_short(self.diagnosis) {
             return verdict;
         }
@@ -315,11 +318,6 @@ impl DiagnoseReport<'_> {
         }
         let all = &self.diagnosis.candidates;
         Some(effects::explanation(all.first()?, all, self.reason()?, &self.model.robot))
-    }
-
-    /// Score of the logs with the best explanation and the calibrations that count.
-    pub(crate) fn score_after(&self) -> f64 {
-        trueweld_diagnose::score(&self.diagnosis.improved.residuals)
     }
 
     /// Name of a log.
@@ -442,8 +440,8 @@ fn left_undone(incomplete: &Incomplete, robot: &RobotFile) -> String {
 }
 
 /// What is left that the residual follows, a sentence each.
-pub(crate) fn remains(diagnosis: &Diagnosis) -> Vec<String> {
-    let all = foremost(&diagnosis.unexplained, REMAINS);
+pub(crate) fn remains(unexplained: &[Finding]) -> Vec<String> {
+    let all = foremost(unexplained, REMAINS);
     all.into_iter().map(sentence).collect()
 }
 
@@ -502,7 +500,7 @@ mod tests {
             "{unknown}"
         );
         // What calibrations bring is told without what explains a part of the rest.
-        parts.diagnosis.chosen = vec![parts.diagnosis.null.clone()];
+        parts.diagnosis.chosen = 1;
         parts.diagnosis.calibration = calibration;
         let partly = parts.diagnosed().headline();
         assert!(

@@ -99,7 +99,10 @@ impl ImproveReport<'_> {
             _ if !improvement.discovered.is_empty() => {
                 discover::headline(&improvement.discovered, &self.model.robot)
             }
-            verdict => self::verdict(&improvement.diagnosis, verdict, &self.model.robot, None),
+            verdict => {
+                let left = (verdict, &improvement.unexplained[..]);
+                self::verdict(&improvement.diagnosis, left, &self.model.robot, None)
+            }
         }
     }
 

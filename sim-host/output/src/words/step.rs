@@ -18,14 +18,14 @@ pub(crate) const SEARCHED_GAINS: &str = "No gains are published: those of the sh
 pub(crate) fn headline(runs: &[StepRun]) -> String {
     let parts: Vec<String> = runs
         .iter()
-        .map(|run| match run.figures.settle_5pct {
+        .map(|run| match run.figures.settle_5pct_s {
             Some(t) => format!("{} in {}", run.figures.controller, milliseconds(t)),
             None => format!("{} not within the time recorded", run.figures.controller),
         })
         .collect();
     let mut sentence = format!("The push settles within 5 % of the step: {}.", parts.join(", "));
     for run in runs.iter().filter(|run| !run.figures.limits.is_empty()) {
-        let limits = limits(&run.figures.limits, run.recording.period);
+        let limits = limits(&run.figures.limits);
         sentence += &format!(" At a limit, {}: {limits}.", run.figures.controller);
     }
     sentence
@@ -54,7 +54,7 @@ mod tests {
     #[test]
     fn a_response_that_does_not_settle_is_said_not_to() {
         let mut steps = sample::steps();
-        steps.figures[1].settle_5pct = None;
+        steps.figures[1].settle_5pct_s = None;
         let sentence = headline(&steps.runs());
         assert!(sentence.contains("superposed not within the time recorded, external in "));
     }
@@ -64,9 +64,9 @@ mod tests {
         let mut steps = sample::steps();
         let limit = LimitSpan {
             kind: LimitKind::Torque(1),
-            first: sample::STEP_AT,
+            time_s: 0.02,
+            first_s: sample::STEP_AT,
             phase: Phase::Hold,
-            rows: 2,
         };
         steps.figures[0].limits = vec![limit];
         let sentence = headline(&steps.runs());

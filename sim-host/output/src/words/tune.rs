@@ -3,6 +3,7 @@
 use super::requirement::{scale_of, shown, without_drives};
 use super::{fixed, listed, share};
 use crate::TuneReport;
+use trueweld_core::JOINTS;
 use trueweld_evaluate::ArmAt;
 use trueweld_evaluate::tune::{
     LoopCriterion, Rating, TunedController, Tuning, WeldOutcome, stood, worst,
@@ -67,13 +68,13 @@ fn unconfirmed<'a>(ratings: impl IntoIterator<Item = &'a Rating>, weld: &WeldOut
     match weld {
         Err(why) => missed.push(format!("the weld is not made ({why})")),
         Ok(weld) => {
-            let figures = weld.judged.iter().filter(|judged| !judged.is_met());
+            let figures = weld.judged.iter().filter(|judged| !judged.met);
             missed.extend(figures.map(|judged| {
                 let scale = scale_of(judged.figure.key, judged.figure.unit);
                 format!("in the weld {} {}", judged.figure.label, scale.quantity(judged.value))
             }));
             let stands = |span: &LimitSpan| {
-                format!("in the weld {} at its limit, first at {:.2} s", span.kind, span.first)
+                format!("in the weld {} at its limit, first at {:.2} s", span.kind, span.first_s)
             };
             missed.extend(stood(weld).take(2).map(stands));
         }
@@ -106,9 +107,9 @@ pub(crate) fn told(rating: &Rating) -> String {
 
 /// The places at which a drive is closest to its torque and its speed.
 fn arm(tuning: &Tuning) -> Vec<String> {
-    let most = |of: fn(&ArmAt) -> &trueweld_core::JointVector<f64>| {
+    let most = |of: fn(&ArmAt) -> &[f64; JOINTS]| {
         let all = tuning.arm.iter().flat_map(|at| {
-            of(at).iter().copied().enumerate().map(move |(joint, used)| (used, joint, at.path))
+            of(at).iter().copied().enumerate().map(move |(joint, used)| (used, joint, at.path_m))
         });
         all.reduce(|a, b| if b.0 > a.0 { b } else { a }).unwrap_or((0.0, 0, 0.0))
     };
@@ -138,8 +139,8 @@ pub(crate) fn origin(report: &TuneReport<'_>) -> Vec<String> {
     lines.push(format!(
         "At the start of the weld: rotor and links {} kg m2, first mode {} Hz with the motors locked, {} kN/mm along the tool, force loop {} ms late.",
         inertia.join(", "),
-        fixed(start.mode / std::f64::consts::TAU, 1),
-        fixed(1e-6 * start.stiffness, 2),
+        fixed(start.mode_rad_s / std::f64::consts::TAU, 1),
+        fixed(1e-6 * start.stiffness_n_m, 2),
         fixed(1e3 * force_delay, 0)
     ));
     lines.push(format!(

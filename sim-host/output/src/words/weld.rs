@@ -5,7 +5,7 @@ use super::{Scale, listed};
 use crate::WeldRun;
 use trueweld_core::Fault;
 use trueweld_evaluate::JudgedFigure;
-use trueweld_plant::simulate::{HealthWarning, HealthWarningKind, LimitSpan};
+use trueweld_plant::simulate::{HealthWarning, LimitSpan};
 
 /// Short names of the runs, all different: the compensation law alone where that tells them apart.
 pub(crate) fn run_names(runs: &[WeldRun]) -> Vec<String> {
@@ -67,6 +67,11 @@ pub(crate) fn setting(runs: &[WeldRun]) -> String {
     )
 }
 
+/// Whether a weld misses its seam.
+pub(crate) fn beyond_half_pin(run: &WeldRun) -> bool {
+    run.figures.lateral.max_abs >= run.figures.half_pin_m
+}
+
 /// The result in a sentence or two, true of whatever runs there are.
 pub(crate) fn headline(runs: &[WeldRun]) -> String {
     if runs.is_empty() {
@@ -90,7 +95,7 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
     };
     let parts = runs.iter().map(|run| {
         let beyond = match Scale::small("m").quantity(run.recording.half_pin) {
-            limit if run.figures.of_half_pin >= 1.0 => format!(" (beyond half the pin, {limit})"),
+            limit if beyond_half_pin(run) => format!(" (beyond half the pin, {limit})"),
             _ => String::new(),
         };
         format!(
@@ -105,8 +110,8 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
     );
     let early: Vec<String> = runs
         .iter()
-        .filter(|r| r.figures.of_half_pin < 1.0 && r.figures.lateral_before >= r.recording.half_pin)
-        .map(|r| format!("{} {}", Scale::small("m").quantity(r.figures.lateral_before), who(r)))
+        .filter(|r| !beyond_half_pin(r) && r.figures.lateral_before_m >= r.recording.half_pin)
+        .map(|r| format!("{} {}", Scale::small("m").quantity(r.figures.lateral_before_m), who(r)))
         .collect();
     if !early.is_empty() {
         sentence +=
@@ -114,7 +119,7 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
     }
     for run in runs {
         // Beyond half the pin is said above.
-        let others = run.figures.judged.iter().skip(1).filter(|judged| !judged.is_met());
+        let others = run.figures.judged.iter().skip(1).filter(|judged| !judged.met);
         let others: Vec<String> = others.map(missed).collect();
         if !others.is_empty() {
             let others = listed(&others, "and");
@@ -122,7 +127,7 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
         }
     }
     for run in runs.iter().filter(|run| !run.figures.limits.is_empty()) {
-        let limits = limits(&run.figures.limits, run.recording.period);
+        let limits = limits(&run.figures.limits);
         sentence += &format!(" At a limit {}: {limits}.", who(run));
     }
     for run in runs.iter().filter(|run| !run.figures.health.is_empty()) {
@@ -150,10 +155,10 @@ pub fn missed(judged: &JudgedFigure) -> String {
 const TOLD_LIMITS: usize = 3;
 
 /// What a run stood at, the longest first: "torque of A2 for 0.20 s, first at 3.02 s (feed rising)".
-pub(crate) fn limits(spans: &[LimitSpan], period: f64) -> String {
+pub(crate) fn limits(spans: &[LimitSpan]) -> String {
     let told = spans.iter().take(TOLD_LIMITS).map(|span| {
-        let (time, phase) = (span.rows as f64 * period, span.phase.name());
-        format!("{} for {time:.2} s, first at {:.2} s ({phase})", span.kind, span.first)
+        let LimitSpan { kind, time_s, first_s, phase } = span;
+        format!("{kind} for {time_s:.2} s, first at {first_s:.2} s ({})", phase.name())
     });
     match &told.collect::<Vec<_>>()[..] {
         [] => "never at a limit or faulted".to_owned(),
@@ -163,13 +168,11 @@ pub(crate) fn limits(spans: &[LimitSpan], period: f64) -> String {
 
 /// A warning of the watch beside the law: "A2 rings at 16.6 Hz, first at 9.10 s (steady)".
 pub fn warning(of: &HealthWarning) -> String {
-    let much = match of.kind {
-        HealthWarningKind::SpindleLine { amplitude, usual, .. } => {
-            format!(" to {amplitude:.0} N from its usual {usual:.0} N")
-        }
-        HealthWarningKind::Ringing { frequency, .. } => format!(" at {frequency:.1} Hz"),
-    };
-    format!("{}{much}, first at {:.2} s ({})", of.kind, of.first, of.phase.name())
+    let line = of.amplitude_n.zip(of.usual_n);
+    let line = line.map(|(now, usual)| format!(" to {now:.0} N from its usual {usual:.0} N"));
+    let drive = of.frequency_hz.map(|frequency| format!(" at {frequency:.1} Hz"));
+    let much = line.or(drive).unwrap_or_default();
+    format!("{}{much}, first at {:.2} s ({})", of.kind, of.first_s, of.phase.name())
 }
 
 /// How fast the simulation was.
@@ -190,30 +193,32 @@ mod tests {
         let mut welds = sample::welds(400);
         for (figures, largest) in welds.figures.iter_mut().zip([5.24e-3, 0.2e-3]) {
             figures.lateral.max_abs = largest;
-            figures.of_half_pin = largest / 2.5e-3;
+            figures.half_pin_m = 2.5e-3;
             figures.limits.clear();
-            figures.judged.iter_mut().for_each(|judged| judged.value = judged.expected);
-            figures.lateral_before = 0.0;
+            figures.judged.iter_mut().for_each(|judged| {
+                (judged.value, judged.met) = (judged.expected, true);
+            });
+            figures.lateral_before_m = 0.0;
         }
         let both = "At full feed the tool leaves the seam by up to 5.24 mm without compensation (beyond half the pin, \
                     2.50 mm) and by up to 0.200 mm with elastostatic compensation.";
         assert_eq!(headline(&welds.runs()), both);
         let one = "At full feed the tool leaves the seam by up to 0.200 mm with elastostatic compensation.";
         assert_eq!(headline(&welds.runs()[1..]), one);
-        welds.figures[1].lateral_before = 2.6e-3;
+        welds.figures[1].lateral_before_m = 2.6e-3;
         let early =
             " Before full feed it is beyond half the pin: 2.60 mm with elastostatic compensation.";
         assert_eq!(headline(&welds.runs()[1..]), one.to_owned() + early);
-        welds.figures[1].lateral_before = 0.0;
+        welds.figures[1].lateral_before_m = 0.0;
         let kind = LimitKind::Torque(1);
-        let spans = vec![LimitSpan { kind, first: 3.0, phase: Phase::ForceRamp, rows: 2 }];
+        let spans = vec![LimitSpan { kind, time_s: 1.035, first_s: 3.0, phase: Phase::ForceRamp }];
         welds.figures[1].limits = spans;
         let limited = " At a limit with elastostatic compensation: torque of A2 for 1.03 s, first at 3.00 s (force loop \
                        closed, force rising).";
         assert_eq!(headline(&welds.runs()), both.to_owned() + limited);
         welds.figures[1].limits.clear();
         let push = welds.figures[1].judged.iter_mut().find(|j| j.figure.key == "push_mean_n");
-        push.unwrap().value = 1080.0;
+        push.into_iter().for_each(|push| (push.value, push.met) = (1080.0, false));
         let missed = " It is not the weld that was asked for with elastostatic compensation: push, mean 1080 N \
                       (expected 18000 N ± 900 N).";
         assert_eq!(headline(&welds.runs()), both.to_owned() + missed);

@@ -5,7 +5,7 @@
 // Each test uses its part of it.
 #![allow(dead_code, unreachable_pub)]
 
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use std::sync::LazyLock;
 use trueweld_compensators::Entry;
 use trueweld_core::control::Limited;
@@ -21,8 +21,7 @@ use trueweld_diagnose::{
     Candidate, Confusable, Diagnosis, DiagnosisVerdict, EffectLimit, Explanation,
     ExplanationReason, FittedEffect, ImprovedChannel,
 };
-use trueweld_estimate::fit::{FitState, Fitted, HeldOutPrior, Linear, Termination};
-use trueweld_estimate::predict::{ComparedQuantity, Prediction};
+use trueweld_estimate::predict::ComparedQuantity;
 use trueweld_estimate::residuals::compare::{
     ChannelComparison, Comparison, LogComparison, Notice, Trace,
 };
@@ -30,9 +29,9 @@ use trueweld_estimate::residuals::localize::{
     Category, ConditionBin, ConditionCurve, Finding, MapAxis, ResidualMap, RowCondition, Statistic,
 };
 use trueweld_evaluate::certify::{
-    CertifiedWeld, Evidence, FAULT_FIGURES, FaultTrial, Influence, LimitedFigure, Oscillation,
-    SampledCell, Sensitivity, ShownKind, ShownRun, Symptoms, Trend, Trial, WeldPlan, WorstCase,
-    accepted_faults, judge, weak_points,
+    Certificate, CertifiedWeld, Evidence, FAULT_FIGURES, FaultTrial, Influence, LimitedFigure,
+    Oscillation, SampledCell, Sensitivity, ShownKind, ShownRun, Symptoms, Trend, Trial, WeldPlan,
+    WorstCase, accepted_faults, judge, weak_points,
 };
 use trueweld_evaluate::laws::{
     LawComparison, NoFigures, ScenarioChange, ScenarioSweep, VariedQuantity,
@@ -69,8 +68,7 @@ pub struct Welds {
 impl Welds {
     pub fn runs(&self) -> Vec<WeldRun<'_>> {
         let both = self.recordings.iter().zip(&self.figures);
-        both.map(|(recording, figures)| WeldRun { recording, figures, robot: &self.robot })
-            .collect()
+        both.map(|(recording, figures)| WeldRun::new(recording, figures, &self.robot)).collect()
     }
 }
 
@@ -447,27 +445,6 @@ pub fn diagnosis(verdict: DiagnosisVerdict) -> Parts {
             turns: None,
         }
     };
-    let fitted = || Fitted {
-        point: FitState::empty(1),
-        residuals: Vec::new(),
-        slopes: Vec::new(),
-        linear: Linear {
-            jtj: Vec::new(),
-            jtr: Vec::new(),
-            rss: Vec::new(),
-            prior: DMatrix::zeros(0, 0),
-            away: DVector::zeros(0),
-            held_out_prior: HeldOutPrior::none(0),
-        },
-        cost: 0.0,
-        termination: Termination::Converged,
-    };
-    // Calibrations alone, or with what explains all or a part of the rest.
-    let leaving = |score: f64| {
-        let residual = vec![score; 100];
-        let at = vec![Prediction { residual, motion: None, late: None, free_play_term: 0.0 }];
-        Fitted { residuals: at, ..fitted() }
-    };
     let candidate = |effect: FittedEffect, after: f64, probability: f64, left: f64| Candidate {
         held_out_before: 3.79,
         held_out_after: after,
@@ -476,7 +453,6 @@ pub fn diagnosis(verdict: DiagnosisVerdict) -> Parts {
         may_be_named: effect.is_told_from_nothing(),
         effects: vec![effect],
         indistinguishable: Vec::new(),
-        fitted: fitted(),
     };
     let play = found("backlash", &[2.4e-4], 2e-6);
     let comparison = comparison();
@@ -519,12 +495,10 @@ pub fn diagnosis(verdict: DiagnosisVerdict) -> Parts {
         diagnosis: Diagnosis {
             verdict,
             score_before: 3.79,
+            score_calibrated: 2.9,
+            score_after: 1.016,
             held_out_calibrated: 2.9,
-            before: Vec::new(),
-            each_log: FitState::empty(0),
-            null: leaving(2.9),
-            chosen: if verdict == DiagnosisVerdict::Adequate { Vec::new() } else { vec![fitted()] },
-            full: fitted(),
+            chosen: usize::from(verdict != DiagnosisVerdict::Adequate),
             candidates: vec![
                 candidate(play, 1.015, 0.98, 0.01),
                 candidate(found("hysteresis", &[310.0, 2e-4], f64::INFINITY), 1.02, 0.01, 0.02),
@@ -534,7 +508,6 @@ pub fn diagnosis(verdict: DiagnosisVerdict) -> Parts {
                 ..found("encoder-offset", &[1e-5], 1e-6)
             }],
             mountings: None,
-            improved: leaving(1.015),
             limits: vec![limit(4), limit(0)],
             confusable: vec![Confusable {
                 first: (kind, Location::Joint(4)),
@@ -587,7 +560,8 @@ pub fn improvement(diagnosis: Diagnosis) -> Improvement {
         steps: vec![step(&[], 3.79, 3.37), step(&effects, 1.015, 1.07)],
         rejected: vec![Rejected { added: Vec::new(), held_out: f64::NAN, why: Rejection::NoGain }],
         verdict: diagnosis.verdict,
-        fitted: Some(diagnosis.improved.clone()),
+        unexplained: diagnosis.unexplained.clone(),
+        incomplete: Vec::new(),
         diagnosis,
         held_out_logs: vec!["weld-3".to_owned()],
     }
@@ -674,7 +648,7 @@ pub fn laws(names: &[&str]) -> Laws {
 /// A certification of one weld with three drawn cells, one of them beyond the limits and one in
 /// which no weld is made; with a loop that is not stable at its end, and a fault that it does not
 /// bear.
-pub fn certificate() -> CertifyReport<'static> {
+pub fn certificate() -> CertifyReport {
     let stated = Requirements::read(fixture("requirements/lap-weld.toml")).unwrap();
     let weld = Weld::read(fixture("welds/vertical.toml")).unwrap();
     let process = Process::read(fixture("processes/lap-weld-2024-t3.toml")).unwrap();
@@ -715,8 +689,13 @@ pub fn certificate() -> CertifyReport<'static> {
         failed: Some("the seam is out of reach".to_owned()),
         ..trial(2, 1.0)
     };
-    let margin =
-        Margin { gain: 2.5, fall: f64::INFINITY, phase: 0.6, modulus: 0.55, delay: f64::INFINITY };
+    let margin = Margin {
+        gain: 2.5,
+        fall: f64::INFINITY,
+        phase_rad: 0.6,
+        modulus: 0.55,
+        delay_s: f64::INFINITY,
+    };
     let condition = |path: f64| Condition {
         at: OperatingPoint { path, push: 18e3, feed: 0.01, ramp: false },
         friction: FrictionSlope::AtSpeed,
@@ -725,9 +704,10 @@ pub fn certificate() -> CertifyReport<'static> {
     let place = |path: f64| Margins {
         of: condition(path),
         spectral_radius: 0.991,
-        held: false,
+        held_at_a_limit: false,
         channels: Some([margin; LOOP_CHANNELS]),
-        disk: [0.5, 0.7],
+        disk: 0.5,
+        drive_disk: 0.7,
         passivity: Passivity { needed_ns_m: 9e4, there_ns_m: 1e3 },
     };
     let stuck = Margins {
@@ -738,7 +718,8 @@ pub fn certificate() -> CertifyReport<'static> {
     let drawn = Margins { of: Condition { draw: Some(1), ..condition(1.0) }, ..place(1.0) };
     let standing = OperatingPoint { feed: 0.0, ramp: true, ..condition(2.0).at };
     let ramp = Margins { of: Condition { at: standing, ..condition(2.0) }, ..place(2.0) };
-    let away = Margins { spectral_radius: 1.02, channels: None, disk: [0.0; 2], ..place(2.0) };
+    let away =
+        Margins { spectral_radius: 1.02, channels: None, disk: 0.0, drive_disk: 0.0, ..place(2.0) };
     let figures = |value: f64| FAULT_FIGURES.iter().map(move |f| (f.figure.key.to_owned(), value));
     let is_reported = |name: &str| name == "force-stuck";
     let undetected = |name: &str, value: f64| {
@@ -775,12 +756,11 @@ pub fn certificate() -> CertifyReport<'static> {
         ],
     };
     let judged = judge(&requirements, &evidence);
-    CertifyReport {
+    let certificate = Certificate {
         law: "elastostatic".to_owned(),
         controller: "external",
         passes: 1,
         seed: 1,
-        seed_given: true,
         asked: [requirements.failure_probability, requirements.confidence],
         welds: vec![CertifiedWeld {
             name: "vertical".to_owned(),
@@ -820,10 +800,16 @@ pub fn certificate() -> CertifyReport<'static> {
             assumed: None,
         }],
         uncertain: uncertain(),
+        files: vec![FileDigest::new("evidence", "trials-vertical.jsonl", b"abc")],
+        kept: 0,
+        repeated: 0,
+        provenance: provenance().clone(),
+    };
+    CertifyReport {
+        certificate,
+        seed_given: true,
         robot_grade: "A KR 500: research estimate.".to_owned(),
         repeat: "trueweld certify --compensator elastostatic".to_owned(),
-        kept: vec![FileDigest::new("evidence", "trials-vertical.jsonl", b"abc")],
-        provenance: provenance(),
     }
 }
 
@@ -858,10 +844,9 @@ pub fn posterior() -> Posterior {
 
 /// What is not known of the cell of the certificate: the short keys, and three numbers of one kind
 /// each.
-fn uncertain() -> &'static UncertainCell {
-    static OF: LazyLock<UncertainCell> = LazyLock::new(|| {
-        let text = std::fs::read_to_string(fixture("requirements/lap-weld.toml")).unwrap();
-        let more = r#"
+fn uncertain() -> UncertainCell {
+    let text = std::fs::read_to_string(fixture("requirements/lap-weld.toml")).unwrap();
+    let more = r#"
             [[uncertain]]
             effect = "joint-friction"
             at = "A2"
@@ -887,13 +872,11 @@ fn uncertain() -> &'static UncertainCell {
             high = 5e-4
             source = "estimated"
         "#;
-        let requirements = Requirements::parse(&format!("{text}{more}"), "requirements").unwrap();
-        let robot = RobotFile::read(fixture("robots/kr500-mt.toml")).unwrap();
-        let process = Process::read(fixture("processes/lap-weld-2024-t3.toml")).unwrap();
-        let sensors = Sensors::read(fixture("sensors/kr500-mt.toml")).unwrap();
-        requirements.uncertain_cell(&robot, &process, &sensors).unwrap()
-    });
-    &OF
+    let requirements = Requirements::parse(&format!("{text}{more}"), "requirements").unwrap();
+    let robot = RobotFile::read(fixture("robots/kr500-mt.toml")).unwrap();
+    let process = Process::read(fixture("processes/lap-weld-2024-t3.toml")).unwrap();
+    let sensors = Sensors::read(fixture("sensors/kr500-mt.toml")).unwrap();
+    requirements.uncertain_cell(&robot, &process, &sensors).unwrap()
 }
 
 /// What the samples are of.

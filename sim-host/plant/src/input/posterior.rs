@@ -18,6 +18,8 @@
 use super::table::TomlTable;
 use super::{Bounds, InputError, did_you_mean};
 use crate::effects::{EffectKind, Location};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// Most numbers of a posterior.
 const POSTERIOR_NUMBERS_MAX: usize = 400;
@@ -39,28 +41,34 @@ pub struct MeasuredNumber {
     pub between_logs: f64,
 }
 
-/// What measurements leave open of the numbers of a cell, jointly normal.
-#[derive(Debug, Clone)]
+// What measurements leave open of the numbers of a cell, jointly normal.
+/// What was measured of a cell.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[schemars(rename = "MeasurementRecord", deny_unknown_fields)]
 pub struct Posterior {
     /// The numbers.
+    #[serde(skip)]
     pub numbers: Vec<MeasuredNumber>,
     /// Covariance of the values, lower triangle row by row.
+    #[serde(skip)]
     pub covariance: Vec<f64>,
-    /// Names of the logs that they were fitted to.
+    /// Names of the logs.
     pub logs: Vec<String>,
     /// SHA-256 of the SHA-256 of every file of the logs, in their order.
+    #[serde(rename = "campaign_sha256")]
     pub campaign: String,
-    /// Score of the improved model where nothing was fitted; 1.0 is the noise floor.
+    /// Score of the model where nothing was fitted; 1.0 is the noise floor.
     pub score: f64,
-    /// Numbers that were fitted and whose values stand at the bound of what is possible: beyond
-    /// there is no distribution.
+    // Beyond there is no distribution.
+    /// Numbers whose values stand at the bound of what is possible.
     pub at_bound: Vec<String>,
-    /// Numbers of effects that the data hardly determine: as wide as they are stated, or wider.
+    // Of effects, as wide as they are stated, or wider.
+    /// Numbers that the logs hardly determine.
     pub undetermined: Vec<String>,
-    /// Numbers that were fitted and of which the data say next to nothing; none of
-    /// [`Posterior::numbers`].
+    /// Numbers of which the logs say next to nothing: they are not among those measured.
     pub not_measured: Vec<String>,
     /// Digest of what this belongs to, as the file states it.
+    #[serde(skip)]
     pub seal: String,
 }
 

@@ -8,8 +8,8 @@ use trueweld_compensators::BuildError;
 /// What was at a limit before a run broke off, the first first.
 fn before(limits: &[LimitSpan]) -> String {
     let mut limits = limits.to_vec();
-    limits.sort_by(|a, b| a.first.total_cmp(&b.first));
-    let since = |span: &LimitSpan| format!("{} from {:.2} s on", span.kind, span.first);
+    limits.sort_by(|a, b| a.first_s.total_cmp(&b.first_s));
+    let since = |span: &LimitSpan| format!("{} from {:.2} s on", span.kind, span.first_s);
     match &limits.iter().map(since).collect::<Vec<_>>()[..] {
         [] => String::new(),
         limits => format!("; at a limit before: {}", limits.join(", ")),

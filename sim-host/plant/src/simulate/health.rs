@@ -1,107 +1,106 @@
 //! What the watch beside the law warned of in a run: since when, and how much of it.
 
 use super::{Phase, RecordRow};
+use crate::serialize_as_text;
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::fmt;
 use trueweld_core::monitor::WATCHED_ORDERS;
 
 /// Something that is warned of.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HealthWarningKind {
-    /// A line of the spindle in the push climbs.
-    SpindleLine {
-        /// Its order: cycles a turn.
-        order: u8,
-        /// Largest amplitude while it was warned of, N.
-        amplitude: f64,
-        /// What was usual at the first warning, N.
-        usual: f64,
-    },
-    /// A drive rings.
-    Ringing {
-        /// Which (0 = A1).
-        joint: usize,
-        /// Largest RMS of its rate while it was warned of, rad/s.
-        rate: f64,
-        /// Frequency then, Hz.
-        frequency: f64,
-    },
+    /// A line of the spindle in the push climbs: that of this order, cycles a turn.
+    SpindleLine(u8),
+    /// This drive rings (0 = A1).
+    Ringing(usize),
 }
 
-impl HealthWarningKind {
-    /// True where both warn of the same thing, by how much ever.
-    fn is_of(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::SpindleLine { order: a, .. }, Self::SpindleLine { order: b, .. }) => a == b,
-            (Self::Ringing { joint: a, .. }, Self::Ringing { joint: b, .. }) => a == b,
-            _ => false,
-        }
-    }
-
-    /// Takes the larger of both.
-    fn grow(&mut self, next: &Self) {
-        match (self, *next) {
-            (Self::SpindleLine { amplitude, .. }, Self::SpindleLine { amplitude: next, .. }) => {
-                *amplitude = amplitude.max(next);
-            }
-            (
-                Self::Ringing { rate, frequency, .. },
-                Self::Ringing { rate: next, frequency: at, .. },
-            ) if next > *rate => (*rate, *frequency) = (next, at),
-            _ => {}
-        }
-    }
-}
+serialize_as_text!(HealthWarningKind::to_string);
 
 impl fmt::Display for HealthWarningKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::SpindleLine { order, .. } => write!(f, "spindle line of order {order} climbs"),
-            Self::Ringing { joint, .. } => write!(f, "A{} rings", joint + 1),
+            Self::SpindleLine(order) => write!(f, "spindle line of order {order} climbs"),
+            Self::Ringing(joint) => write!(f, "A{} rings", joint + 1),
         }
     }
 }
 
-/// A warning of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A warning of the watch beside the law.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "HealthWarningResult", deny_unknown_fields)]
 pub struct HealthWarning {
-    /// Of what.
+    /// What: `spindle line of order 1 climbs` or `A1 rings`.
+    #[serde(rename = "what")]
     pub kind: HealthWarningKind,
     /// When first, s.
-    pub first: f64,
+    pub first_s: f64,
     /// Where the run was in its program then.
     pub phase: Phase,
-    /// In how many rows of the run.
-    pub rows: usize,
+    /// For how long, s.
+    pub time_s: f64,
+    /// Of a spindle's line: its largest amplitude in the push, N.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub amplitude_n: Option<f64>,
+    /// Of a spindle's line: what was usual, N.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub usual_n: Option<f64>,
+    /// Of a drive: largest RMS of its rate, rad/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate_rad_s: Option<f64>,
+    /// Of a drive: the frequency at which it rings, Hz.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frequency_hz: Option<f64>,
 }
 
-/// Everything that was warned of, the first first.
-pub fn health_warnings(rows: &[RecordRow]) -> Vec<HealthWarning> {
+impl HealthWarning {
+    /// Takes the larger of both.
+    fn grow(&mut self, next: &Self) {
+        self.amplitude_n = self.amplitude_n.zip(next.amplitude_n).map(|(a, b)| a.max(b));
+        if next.rate_rad_s > self.rate_rad_s {
+            (self.rate_rad_s, self.frequency_hz) = (next.rate_rad_s, next.frequency_hz);
+        }
+    }
+}
+
+/// Everything that was warned of in rows that are `period` s apart, the first first.
+pub fn health_warnings(rows: &[RecordRow], period: f64) -> Vec<HealthWarning> {
     let mut warnings: Vec<HealthWarning> = Vec::new();
     for row in rows.iter().filter(|row| row.health.warns()) {
+        let warning = |kind| HealthWarning {
+            kind,
+            first_s: row.time,
+            phase: row.phase,
+            // In rows first: sums of the period round.
+            time_s: 1.0,
+            amplitude_n: None,
+            usual_n: None,
+            rate_rad_s: None,
+            frequency_hz: None,
+        };
         let lines = row.health.lines.iter().zip(WATCHED_ORDERS).filter(|(line, _)| line.climbs);
-        let climbing = lines.map(|(line, order)| HealthWarningKind::SpindleLine {
-            order,
-            amplitude: line.amplitude.into(),
-            usual: line.usual.into(),
+        let climbing = lines.map(|(line, order)| HealthWarning {
+            amplitude_n: Some(line.amplitude.into()),
+            usual_n: Some(line.usual.into()),
+            ..warning(HealthWarningKind::SpindleLine(order))
         });
         let drives = row.health.drives.iter().enumerate().filter(|(_, drive)| drive.rings);
-        let ringing = drives.map(|(joint, drive)| HealthWarningKind::Ringing {
-            joint,
-            rate: drive.rate.into(),
-            frequency: drive.frequency.into(),
+        let ringing = drives.map(|(joint, drive)| HealthWarning {
+            rate_rad_s: Some(drive.rate.into()),
+            frequency_hz: Some(drive.frequency.into()),
+            ..warning(HealthWarningKind::Ringing(joint))
         });
-        for kind in climbing.chain(ringing) {
-            match warnings.iter_mut().find(|known| known.kind.is_of(&kind)) {
+        for next in climbing.chain(ringing) {
+            match warnings.iter_mut().find(|known| known.kind == next.kind) {
                 Some(known) => {
-                    known.rows += 1;
-                    known.kind.grow(&kind);
+                    known.time_s += 1.0;
+                    known.grow(&next);
                 }
-                None => {
-                    let (first, phase) = (row.time, row.phase);
-                    warnings.push(HealthWarning { kind, first, phase, rows: 1 });
-                }
+                None => warnings.push(next),
             }
         }
     }
+    warnings.iter_mut().for_each(|warning| warning.time_s *= period);
     warnings
 }

@@ -1,8 +1,11 @@
 //! What stood at a limit in a run or was at fault: since when, and how long.
 
-use super::{Phase, RecordRow};
+use super::{Phase, Recording};
+use crate::serialize_as_text;
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::fmt;
-use trueweld_core::{Fault, JOINTS, JointVector};
+use trueweld_core::{Fault, JOINTS};
 
 /// Something that is held at a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,26 +31,35 @@ impl fmt::Display for LimitKind {
     }
 }
 
-/// How long something was at a limit in a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
+serialize_as_text!(LimitKind::to_string);
+
+/// How long something was at a limit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "LimitSpanResult", deny_unknown_fields)]
 pub struct LimitSpan {
-    /// What.
+    /// What: `torque of A1`, `force loop`, `compensation` or the fault.
+    #[serde(rename = "what")]
     pub kind: LimitKind,
+    /// For how long, s.
+    pub time_s: f64,
     /// When first, s.
-    pub first: f64,
+    pub first_s: f64,
     /// Where the run was in its program then.
     pub phase: Phase,
-    /// In how many rows of the run.
-    pub rows: usize,
 }
 
-/// Everything that was at a limit, the longest first. `max_torque`: of the drives, N·m.
-pub fn limit_spans(rows: &[RecordRow], max_torque: &JointVector<f64>) -> Vec<LimitSpan> {
+/// Everything that was at a limit, the longest first.
+pub fn limit_spans(recording: &Recording) -> Vec<LimitSpan> {
+    let Recording { rows, period, max_torque, .. } = recording;
+    // In rows first: sums of the period round.
     let mut spans: Vec<LimitSpan> = Vec::new();
     for row in rows {
         let mut at = |kind: LimitKind| match spans.iter_mut().find(|span| span.kind == kind) {
-            Some(span) => span.rows += 1,
-            None => spans.push(LimitSpan { kind, first: row.time, phase: row.phase, rows: 1 }),
+            Some(span) => span.time_s += 1.0,
+            None => {
+                let (first_s, phase) = (row.time, row.phase);
+                spans.push(LimitSpan { kind, time_s: 1.0, first_s, phase });
+            }
         };
         // A controller at fault gives a safe torque, which is not its own.
         if let Some(fault) = row.fault {
@@ -63,6 +75,7 @@ pub fn limit_spans(rows: &[RecordRow], max_torque: &JointVector<f64>) -> Vec<Lim
             at(LimitKind::Compensation);
         }
     }
-    spans.sort_by_key(|span| std::cmp::Reverse(span.rows));
+    spans.sort_by(|a, b| b.time_s.total_cmp(&a.time_s));
+    spans.iter_mut().for_each(|span| span.time_s *= period);
     spans
 }

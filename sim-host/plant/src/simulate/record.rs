@@ -1,6 +1,9 @@
 //! What a simulated run leaves behind: one row a control period, and what the run was.
 
+use crate::serialize_as_text;
 use nalgebra::{Matrix3, Vector3};
+use schemars::JsonSchema;
+use serde::Serialize;
 use trueweld_core::control::Limited;
 use trueweld_core::monitor::HealthSignals;
 use trueweld_core::{Fault, JointVector, Pose, Twist};
@@ -35,6 +38,8 @@ impl Phase {
         }
     }
 }
+
+serialize_as_text!(Phase::name);
 
 /// The cell at one instant. Poses and positions in B, everything named `…_w` in axes of the weld
 /// frame W (x along the weld, y lateral, z depth into the material).
@@ -103,32 +108,42 @@ impl RecordRow {
 }
 
 /// One simulated run.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Recording {
-    /// Name of the weld (its file's stem, or "vertical" for the embedded default).
+    // Its file's stem, or "vertical" for the embedded default.
+    /// Name of the weld.
     pub weld: String,
-    /// Name of the controller: parallel, superposed or external.
+    /// Name of the hybrid controller.
     pub controller: &'static str,
-    /// Name of the compensation law, or "none".
+    /// Name of the compensation law.
     pub compensator: String,
     /// Rows in time order, `period` apart.
+    #[serde(skip)]
     pub rows: Vec<RecordRow>,
     /// Time between rows, s.
+    #[serde(skip)]
     pub period: f64,
     /// Half the pin's diameter, the limit of lateral deviation for a butt weld, m.
+    #[serde(skip)]
     pub half_pin: f64,
     /// Push of the weld program, N.
+    #[serde(skip)]
     pub force: f64,
     /// Depth at which the process as planned bears that push, m.
+    #[serde(skip)]
     pub planned_depth: f64,
     /// Largest torque of each drive, N·m.
+    #[serde(skip)]
     pub max_torque: JointVector<f64>,
     /// Largest speed of each drive, at the joint, rad/s.
+    #[serde(skip)]
     pub max_rate: JointVector<f64>,
     /// Seed of the sensors' noise.
     pub seed: u64,
     /// Simulated time, s.
+    #[serde(skip)]
     pub simulated: f64,
     /// Time the simulation took, s.
+    #[serde(skip)]
     pub wall: f64,
 }

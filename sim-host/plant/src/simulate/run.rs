@@ -146,10 +146,9 @@ pub fn run_with(
             fault: command.fault,
         };
         recording.rows.push(row);
-        cycle.advance(time).map_err(|source| RunError::RanAway {
-            source,
-            limits: limit_spans(&recording.rows, &recording.max_torque),
-        })?;
+        cycle
+            .advance(time)
+            .map_err(|source| RunError::RanAway { source, limits: limit_spans(&recording) })?;
         if progress(&row).is_break() {
             break;
         }

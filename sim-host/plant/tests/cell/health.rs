@@ -27,7 +27,8 @@ fn warned(
     law: &Entry,
 ) -> Vec<HealthWarning> {
     let scenario = fixtures.scenario(cell, WeldProgram::Weld, controller, law);
-    health_warnings(&run(&scenario, |_| {}).expect("a weld").rows)
+    let recording = run(&scenario, |_| {}).expect("a weld");
+    health_warnings(&recording.rows, recording.period)
 }
 
 #[test]
@@ -71,14 +72,13 @@ fn a_ripple_that_grows_threefold_half_way_is_warned_of_once_it_has() {
     cell.robot.ports.install(Port::ProcessForce, Box::new(worn)).expect("room");
     let warnings = warned(&fixtures, &cell, ControllerKind::External, &law("elastostatic"));
     let [warning] = warnings.as_slice() else { panic!("{warnings:?}") };
-    let HealthWarningKind::SpindleLine { order: 1, amplitude, usual } = warning.kind else {
-        panic!("{warning:?}")
-    };
+    assert_eq!(warning.kind, HealthWarningKind::SpindleLine(1));
+    let share = warning.amplitude_n.unwrap() / warning.usual_n.unwrap();
     // Three times, but for noise, what the usual level has followed by and how the arm answers
     // farther along.
-    assert!((2.0..4.0).contains(&(amplitude / usual)), "{warning:?}");
+    assert!((2.0..4.0).contains(&share), "{warning:?}");
     // The tool is there some 25.7 s after the start; the line's own time constant is 2 s.
-    assert!((26.0..31.0).contains(&warning.first), "{warning:?}");
+    assert!((26.0..31.0).contains(&warning.first_s), "{warning:?}");
 }
 
 #[test]
@@ -95,9 +95,9 @@ fn a_force_loop_at_its_limit_of_stability_is_warned_of_and_one_at_half_of_it_is_
     };
     assert_eq!(at(6.5), []);
     let warnings = at(13.0);
-    let ringing = |warning: &HealthWarning| match warning.kind {
-        HealthWarningKind::Ringing { joint, frequency, .. } => (joint, frequency),
-        HealthWarningKind::SpindleLine { .. } => panic!("{warning:?}"),
+    let ringing = |warning: &HealthWarning| match (warning.kind, warning.frequency_hz) {
+        (HealthWarningKind::Ringing(joint), Some(frequency)) => (joint, frequency),
+        _ => panic!("{warning:?}"),
     };
     let ringing: Vec<_> = warnings.iter().map(ringing).collect();
     assert!(ringing.iter().any(|(joint, _)| *joint == 1), "{warnings:?}");

@@ -1,133 +1,91 @@
 //! What a weld's figures depend on.
 
 use crate::StudySensitivityReport;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use trueweld_evaluate::study::{Derivative, WithInterval};
+use crate::json::result;
+use trueweld_evaluate::Figure;
+use trueweld_evaluate::study::{Derivative, Input, SobolIndex, WithInterval};
 use trueweld_plant::provenance::Provenance;
 
-/// Derivatives and Sobol indices of a weld's figures by what is not known of a cell.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct StudySensitivityResult {
-    /// Name and version of this format.
-    #[schemars(extend("const" = "study-sensitivity/1"))]
-    pub schema: String,
-    /// What the result is of.
-    pub provenance: Provenance,
-    /// Length that was welded, m.
-    pub length_m: f64,
-    /// Seed of the design.
-    pub seed: u64,
-    /// Rows of the design that count.
-    pub rows: usize,
-    /// Rows left out since one of their runs came to no end.
-    pub rows_dropped: usize,
-    /// Runs of the design.
-    pub runs: usize,
-    /// Inputs of the indices.
-    pub inputs: Vec<StudyInput>,
-    /// Figure by figure.
-    pub figures: Vec<SensitivityFigure>,
+result! {
+    /// Derivatives and Sobol indices of a weld's figures by what is not known of a cell.
+    StudySensitivityResult<'a> of (report: &StudySensitivityReport<'a>) with {
+        let global = report.global;
+        let asked = report.study.figures();
+        let figures = asked.map(|figure| SensitivityFigure::of(figure, report));
+    } {
+        /// What the result is of.
+        provenance: &'a Provenance = report.provenance,
+        /// Length that was welded, m.
+        length_m: f64 = report.length,
+        /// Seed of the design.
+        seed: u64 = report.study.seed,
+        /// Rows of the design that count.
+        rows: usize = global.rows,
+        /// Rows left out since one of their runs came to no end.
+        rows_dropped: usize = global.dropped,
+        /// Runs of the design.
+        runs: usize = report.runs.len(),
+        /// Inputs of the indices.
+        inputs: Vec<StudyInput<'a>> = global.inputs.iter().map(StudyInput::of).collect(),
+        /// Figure by figure.
+        figures: Vec<SensitivityFigure<'a>> =
+            figures.filter(|of| of.middle.is_some() || of.mean.is_some()).collect(),
+    }
 }
 
-/// An input of the indices.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct StudyInput {
-    /// Its name.
-    pub name: String,
-    /// How many numbers it moves together.
-    pub numbers: usize,
+result! {
+    /// An input of the indices.
+    StudyInput<'a> of (input: &'a Input) {
+        /// Its name.
+        name: &'a str = &input.name,
+        /// How many numbers it moves together.
+        numbers: usize = input.count(),
+    }
 }
 
-/// What one figure depends on.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SensitivityFigure {
-    /// Its key, the unit at its end.
-    pub figure: String,
-    /// Its value in the cell in the middle of what is not known.
-    pub middle: Option<f64>,
-    /// Its mean over the cells.
-    pub mean: Option<f64>,
-    /// Its standard deviation over the cells.
-    pub standard_deviation: Option<f64>,
-    /// Indices, the largest total first.
-    pub indices: Vec<InputIndices>,
-    /// Derivatives, the largest first.
-    pub derivatives: Vec<InputDerivative>,
+result! {
+    /// What one figure depends on.
+    SensitivityFigure<'a> of (of: &'static Figure, report: &StudySensitivityReport<'a>) with {
+        let global = report.global.figures.iter().find(|f| f.figure.key == of.key);
+        let local = report.local.figures.iter().find(|f| f.figure.key == of.key);
+        let ranked = report.ranked(of.key).into_iter();
+        let slopes = report.derivatives(of.key).into_iter();
+    } {
+        /// Its key, the unit at its end.
+        figure: &'static Figure = of,
+        /// Its value in the cell in the middle of what is not known.
+        middle: Option<f64> = local.map(|f| f.value),
+        /// Its mean over the cells.
+        mean: Option<f64> = global.map(|f| f.mean),
+        /// Its standard deviation over the cells.
+        standard_deviation: Option<f64> = global.map(|f| f.deviation),
+        /// Indices, the largest total first.
+        indices: Vec<InputIndices<'a>> =
+            ranked.map(|(input, index)| InputIndices::of(input, index)).collect(),
+        /// Derivatives, the largest first.
+        derivatives: Vec<InputDerivative<'a>> =
+            slopes.map(|(input, slope)| InputDerivative::of(input, slope)).collect(),
+    }
 }
 
-/// The indices of one input.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct InputIndices {
-    /// The input.
-    pub input: String,
-    /// Share of the variance that the input makes by itself.
-    pub first: WithInterval,
-    /// Share that it makes with all others.
-    pub total: WithInterval,
+result! {
+    /// The indices of one input.
+    InputIndices<'a> of (name: &'a str, index: SobolIndex) {
+        /// The input.
+        input: &'a str = name,
+        /// Share of the variance that the input makes by itself.
+        first: WithInterval = index.first,
+        /// Share that it makes with all others.
+        total: WithInterval = index.total,
+    }
 }
 
-/// The derivative by one input.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct InputDerivative {
-    /// The input.
-    pub input: String,
-    /// Per standard deviation of the input, in the figure's unit; `null` where a run came to no end.
-    pub derivative: Option<Derivative>,
-}
-
-impl StudySensitivityResult {
-    pub(crate) fn of(report: &StudySensitivityReport<'_>) -> Self {
-        let (global, local) = (report.global, report.local);
-        let figures = report.study.figures().filter_map(|figure| {
-            let of_global = global.figures.iter().find(|f| f.figure.key == figure.key);
-            let of_local = local.figures.iter().find(|f| f.figure.key == figure.key);
-            if of_global.is_none() && of_local.is_none() {
-                return None;
-            }
-            Some(SensitivityFigure {
-                figure: figure.key.to_owned(),
-                middle: of_local.map(|f| f.value),
-                mean: of_global.map(|f| f.mean),
-                standard_deviation: of_global.map(|f| f.deviation),
-                indices: report
-                    .ranked(figure.key)
-                    .into_iter()
-                    .map(|(input, index)| InputIndices {
-                        input: input.to_owned(),
-                        first: index.first,
-                        total: index.total,
-                    })
-                    .collect(),
-                derivatives: report
-                    .derivatives(figure.key)
-                    .into_iter()
-                    .map(|(input, derivative)| InputDerivative {
-                        input: input.to_owned(),
-                        derivative,
-                    })
-                    .collect(),
-            })
-        });
-        Self {
-            schema: "study-sensitivity/1".to_owned(),
-            provenance: report.provenance.clone(),
-            length_m: report.length,
-            seed: report.study.seed,
-            rows: global.rows,
-            rows_dropped: global.dropped,
-            runs: report.runs.len(),
-            inputs: global
-                .inputs
-                .iter()
-                .map(|input| StudyInput { name: input.name.clone(), numbers: input.count() })
-                .collect(),
-            figures: figures.collect(),
-        }
+result! {
+    /// The derivative by one input.
+    InputDerivative<'a> of (name: &'a str, slope: Option<Derivative>) {
+        /// The input.
+        input: &'a str = name,
+        /// Per standard deviation of the input, in the figure's unit; `null` where a run came to no end.
+        derivative: Option<Derivative> = slope,
     }
 }

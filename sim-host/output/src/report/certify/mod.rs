@@ -2,10 +2,12 @@
 
 mod figures;
 
-use super::Report;
+use super::{Published, Report};
 use crate::CertifyReport;
-use crate::document::{Block, Document, Medium, Table, TableCell, Tone, number, words};
-use crate::json::{BoughtByMeasurement, CertifyResult, DrawnFigure, UncertainRecord};
+use crate::document::{Block, Column, Document, Medium, Table, TableCell, Tone, number, words};
+use crate::json::certify::{
+    BoughtByMeasurement, CertifyResult, DrawnFigure, MEASURED, UncertainRecord,
+};
 use crate::samples::{self, BlockTable};
 use crate::words::certify::{
     SIGNED_BY, accepted, distribution, headline, lead, measured, not_asked, not_explained, of_case,
@@ -15,35 +17,39 @@ use crate::words::certify::{
 use crate::words::requirement::{label, shown};
 use crate::words::{condensed, fixed, share};
 use trueweld_evaluate::certify::{
-    AcceptedFault, CertifiedWeld, DriveUse, EvidenceKind, FaultTrial, Influence, Sensitivity,
-    Trial, Verdict, within, worst,
+    AcceptedFault, CertifiedWeld, DriveUse, EvidenceKind, FaultTrial, Influence, Level,
+    Sensitivity, Trial, Verdict, within, worst,
 };
 use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins, OperatingPoint};
 use trueweld_evaluate::{ReplacedAssumption, UncertainCell, WELD_FIGURES};
 use trueweld_plant::provenance::FileDigest;
 
-impl Report for CertifyReport<'_> {
-    type Json = CertifyResult;
+impl Report for CertifyReport {
+    const SCHEMA: &'static str = CertifyResult::SCHEMA;
 
-    fn json(&self) -> CertifyResult {
-        CertifyResult::of(self)
+    fn json(&self) -> impl Published {
+        CertifyResult::of(self).sealed()
     }
 
     fn samples(&self) -> Option<BlockTable<'_>> {
-        Some(samples::of_trials(&self.welds))
+        Some(samples::of_trials(&self.certificate.welds))
     }
 
     fn document(&self) -> Document {
-        let mut document = Document::new("Certification", headline(self), self.provenance)
-            .judged(verdict(self), self.verdict() == Verdict::Pass);
+        let mut document =
+            Document::new("Certification", headline(self), &self.certificate.provenance)
+                .judged(verdict(self), self.certificate.verdict() == Verdict::Pass);
         document.push(Block::Lead(lead(self)));
         document.section(Medium::All, "Why it does not pass", Block::List(reasons(self)));
         document.push(Block::Note(setting(self)));
-        for said in [measured(self.uncertain), not_explained(self.uncertain)].into_iter().flatten()
+        for said in
+            [measured(&self.certificate.uncertain), not_explained(&self.certificate.uncertain)]
+                .into_iter()
+                .flatten()
         {
             document.push(Block::Note(said));
         }
-        for weld in &self.welds {
+        for weld in &self.certificate.welds {
             let heading = format!("Weld {}", weld.name);
             document.section(Medium::All, &heading, Block::Note(planned(&weld.planned)));
             document.push(Block::Table(weld.requirements_table()));
@@ -66,7 +72,7 @@ impl Report for CertifyReport<'_> {
             document.section(
                 Medium::Page,
                 "How often a weld is beyond a figure, in drawn cells",
-                Block::Figures(figures::draws(weld, self.asked)),
+                Block::Figures(figures::draws(weld, self.certificate.asked)),
             );
             document.section(
                 Medium::Page,
@@ -123,7 +129,7 @@ impl Report for CertifyReport<'_> {
         document.section(
             Medium::All,
             "Assumed in the requirements, and measured: the measurement stands",
-            Block::Table(replaced(self.uncertain)),
+            Block::Table(replaced(&self.certificate.uncertain)),
         );
         let not_shown = simulated(self).into_iter().chain(not_asked(self)).collect();
         let heading = "What this certificate does not show";
@@ -131,7 +137,7 @@ impl Report for CertifyReport<'_> {
         document.section(Medium::Page, "To repeat it", Block::Note(self.repeat.clone()));
         document.push_on(Medium::Page, Block::Table(self.kept_table()));
         document.section(Medium::Page, "Signed", Block::Table(signed()));
-        let known = condensed(self.uncertain.left_out());
+        let known = condensed(self.certificate.uncertain.left_out());
         document.section(
             Medium::Page,
             "Appendix: taken as known, and not drawn",
@@ -141,13 +147,13 @@ impl Report for CertifyReport<'_> {
     }
 }
 
-impl CertifyReport<'_> {
+impl CertifyReport {
     /// The files of every run.
     fn kept_table(&self) -> Table {
         let row = |file: &FileDigest| [&file.file, &file.sha256].map(words).to_vec();
         Table {
             head: vec![["runs are kept in", "SHA-256"].map(words).to_vec()],
-            rows: self.kept.iter().map(row).collect(),
+            rows: self.certificate.files.iter().map(row).collect(),
         }
     }
 }
@@ -159,9 +165,9 @@ fn signed() -> Table {
 }
 
 /// Every number that the draws differ in.
-fn uncertain(report: &CertifyReport<'_>) -> Table {
+fn uncertain(report: &CertifyReport) -> Table {
     let row = |of: UncertainRecord| {
-        let unit = match (of.relative, of.unit.as_str()) {
+        let unit = match (of.relative, of.unit) {
             (true, _) => "share of the believed",
             (false, unit) => unit,
         };
@@ -171,9 +177,8 @@ fn uncertain(report: &CertifyReport<'_>) -> Table {
         });
         let distribution = distribution(&of.distribution);
         let group = if of.basis == MEASURED { "all measured ones".to_owned() } else { group };
-        [of.number, distribution, unit.to_owned(), group, of.basis, of.source, of.file]
-            .map(words)
-            .to_vec()
+        let [unit, basis] = [unit, of.basis].map(str::to_owned);
+        [of.number, distribution, unit, group, basis, of.source, of.file].map(words).to_vec()
     };
     let head = [
         "number",
@@ -190,14 +195,11 @@ fn uncertain(report: &CertifyReport<'_>) -> Table {
     }
 }
 
-/// Basis of a number that was measured.
-const MEASURED: &str = "measured";
-
 /// The same by who assumed the numbers, or what measured them, in sentences.
-fn sources(report: &CertifyReport<'_>) -> Vec<String> {
+fn sources(report: &CertifyReport) -> Vec<String> {
     let mut rows: Vec<([String; 3], Vec<String>)> = Vec::new();
     for of in UncertainRecord::all(report) {
-        let key = [of.basis, of.source, of.file];
+        let key = [of.basis.to_owned(), of.source, of.file];
         match rows.iter_mut().find(|row| row.0 == key) {
             Some(row) => row.1.push(of.number),
             None => rows.push((key, vec![of.number])),
@@ -224,13 +226,13 @@ fn replaced(cell: &UncertainCell) -> Table {
 /// What the trials come to as assumed and as measured.
 fn value_of_measurement(weld: &CertifiedWeld) -> Table {
     let of = |name: &str, figure: &DrawnFigure| {
-        let [low, high] = figure.spread.map(|v| shown(name, v.unwrap_or(f64::INFINITY)));
+        let [low, high] = figure.spread.map(|v| shown(name, v));
         [number(share(figure.failure_probability)), number(format!("{low} to {high}"))]
     };
     let row = |value_of_measurement: BoughtByMeasurement| {
         let [assumed, measured] = [&value_of_measurement.assumed, &value_of_measurement.measured]
-            .map(|figure| of(&value_of_measurement.name, figure));
-        [words(label(&value_of_measurement.name))]
+            .map(|figure| of(value_of_measurement.name, figure));
+        [words(label(value_of_measurement.name))]
             .into_iter()
             .chain(assumed)
             .chain(measured)
@@ -256,12 +258,12 @@ fn drives(weld: &CertifiedWeld) -> Table {
     ];
     Table {
         head: vec![head.map(number).to_vec()],
-        rows: DriveUse::all(&weld.evidence).into_iter().enumerate().map(drive_row).collect(),
+        rows: DriveUse::all(&weld.evidence).into_iter().map(drive_row).collect(),
     }
 }
 
-fn drive_row((joint, of): (usize, DriveUse)) -> Vec<TableCell> {
-    let DriveUse { nominal, drawn, at_limit } = of;
+fn drive_row(of: DriveUse) -> Vec<TableCell> {
+    let DriveUse { drive, nominal, drawn, cells_at_limit } = of;
     let loads = [
         (nominal.torque_share, nominal.at_torque_limit > 0.0),
         (nominal.speed_share, nominal.at_speed_limit > 0.0),
@@ -270,8 +272,8 @@ fn drive_row((joint, of): (usize, DriveUse)) -> Vec<TableCell> {
     ];
     let loads = loads.map(|(load, bad)| number(share(load)).bad(bad));
     let longest = drawn.at_torque_limit.max(drawn.at_speed_limit);
-    let cells = number(at_limit.to_string()).bad(at_limit > 0);
-    let first = [words(format!("A{}", joint + 1))].into_iter();
+    let cells = number(cells_at_limit.to_string()).bad(cells_at_limit > 0);
+    let first = [words(drive)].into_iter();
     first.chain(loads).chain([cells, number(share(longest))]).collect()
 }
 
@@ -332,57 +334,43 @@ impl CertifiedTables for CertifiedWeld {
 
     /// The uncertain numbers that the figures follow from.
     fn influences_table(&self) -> Table {
-        let row = |of: &Sensitivity, by: &Influence| {
-            vec![
-                words(label(of.name)),
-                words(by.number.clone()),
-                words(trend(by.trend)),
-                number(share(by.share)),
-                number(of.beyond.to_string()),
-                number(if of.beyond > 0 { by.beyond_without.to_string() } else { String::new() }),
-            ]
-        };
-        let rows = self.sensitivities.iter();
-        let rows = rows.flat_map(|of| of.influences.iter().map(move |by| row(of, by))).collect();
-        let head = vec![
-            words("requirement"),
-            words("number"),
-            words("the figure is larger"),
-            number("share of its spread"),
-            number("draws beyond"),
-            number("were it always in the middle"),
+        let columns: [Column<'_, (&Sensitivity, &Influence)>; 6] = [
+            (words("requirement"), &|(of, _)| words(label(of.name))),
+            (words("number"), &|(_, by)| words(by.number.clone())),
+            (words("the figure is larger"), &|(_, by)| words(trend(by.trend))),
+            (number("share of its spread"), &|(_, by)| number(share(by.share))),
+            (number("draws beyond"), &|(of, _)| number(of.beyond.to_string())),
+            (number("were it always in the middle"), &|(of, by)| match of.beyond {
+                0 => number(""),
+                _ => number(by.beyond_without.to_string()),
+            }),
         ];
-        Table { head: vec![head], rows }
+        let all = self.sensitivities.iter();
+        Table::of(all.flat_map(|of| of.influences.iter().map(move |by| (of, by))), &columns)
     }
 
     /// The levels of the subset simulation.
     fn levels_table(&self) -> Table {
-        let mut rows = Vec::new();
         let mut probability = 1.0;
-        for level in self.evidence.rare.iter().flat_map(|rare| &rare.subset.levels) {
+        let levels = self.evidence.rare.iter().flat_map(|rare| &rare.subset.levels);
+        let levels = levels.map(|level| {
             probability *= level.share;
-            rows.push(vec![
-                number(if level.from.is_finite() {
-                    fixed(level.from, 3)
-                } else {
-                    "–".to_owned()
-                }),
-                number(level.points.to_string()),
-                number(share(level.share)),
-                number(format!("{probability:.1e}")),
-                number(share(level.acceptance)),
-                number(fixed(level.correlation, 1)),
-            ]);
-        }
-        let head = [
-            "from, share of a limit",
-            "cells",
-            "beyond the next",
-            "probability so far",
-            "moves accepted",
-            "variance added by correlation",
+            (level, probability)
+        });
+        let columns: [Column<'_, (&Level, f64)>; 6] = [
+            (number("from, share of a limit"), &|(level, _)| match level.from.is_finite() {
+                true => number(fixed(level.from, 3)),
+                false => number("–"),
+            }),
+            (number("cells"), &|(level, _)| number(level.cells.to_string())),
+            (number("beyond the next"), &|(level, _)| number(share(level.share))),
+            (number("probability so far"), &|(_, so_far)| number(format!("{so_far:.1e}"))),
+            (number("moves accepted"), &|(level, _)| number(share(level.acceptance))),
+            (number("variance added by correlation"), &|(level, _)| {
+                number(fixed(level.correlation, 1))
+            }),
         ];
-        Table { head: vec![head.map(number).to_vec()], rows }
+        Table::of(levels, &columns)
     }
 
     /// One row for every operating point and cell, with the least over the slopes of friction. Of
@@ -408,7 +396,7 @@ impl CertifiedTables for CertifiedWeld {
             let modulus = |at: &Margins| modulus.map_or(0.0, |of| (of.value)(at).0);
             let least = slopes.iter().min_by(|a, b| modulus(a).total_cmp(&modulus(b)));
             let largest = slopes.iter().map(|at| at.spectral_radius).fold(0.0, f64::max);
-            let held = slopes.iter().any(|at| at.held);
+            let held = slopes.iter().any(|at| at.held_at_a_limit);
             let radius = if held { "at a limit".to_owned() } else { fixed(largest, 4) };
             let OperatingPoint { path, push, feed, .. } = of.at;
             let first = [

@@ -5,9 +5,9 @@ use crate::document::{
     Block, Document, Map, Marked, Medium, Picture, Plot, PlotLine, Table, TableCell, number,
     reference, words,
 };
-use crate::json::StudyLayoutResult;
+use crate::json::study::layout::StudyLayoutResult;
 use crate::path::{moving, travelled};
-use crate::report::Report;
+use crate::report::{Published, Report};
 use crate::samples::{self, BlockTable};
 use crate::words::fixed;
 use crate::words::requirement::shown;
@@ -35,13 +35,13 @@ const FULL_RUN_FIGURES: [RunFigure; 6] = [
     ("along the seam, largest", |f| format!("{} mm", fixed(f.longitudinal.max_abs * MILLI, 2))),
     ("tilt, largest", |f| format!("{}°", fixed(f.tilt.max_abs.to_degrees(), 3))),
     ("push, max − min", |f| format!("{:.0} N", f.force.envelope)),
-    ("the weld asked for?", |f| if f.is_met() { "yes" } else { "no" }.to_owned()),
+    ("the weld asked for?", |f| if f.met { "yes" } else { "no" }.to_owned()),
 ];
 
 impl Report for StudyLayoutReport<'_> {
-    type Json = StudyLayoutResult;
+    const SCHEMA: &'static str = "study-layout/1";
 
-    fn json(&self) -> StudyLayoutResult {
+    fn json(&self) -> impl Published {
         StudyLayoutResult::of(self)
     }
 

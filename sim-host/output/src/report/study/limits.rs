@@ -5,8 +5,8 @@ use crate::color::{self, Dash};
 use crate::document::{
     Block, Document, Map, Medium, Picture, Plot, PlotLine, Table, number, reference, words,
 };
-use crate::json::StudyLimitsResult;
-use crate::report::Report;
+use crate::json::study::limits::StudyLimitsResult;
+use crate::report::{Published, Report};
 use crate::words::fixed;
 use crate::words::study::layout::PLACEMENT_NUMBERS;
 use crate::words::study::limits::{because, headline, largest, name, notices, setting, unit};
@@ -14,9 +14,9 @@ use crate::words::study::sensitivity::capital;
 use trueweld_evaluate::study::{Driven, FoundLimit, numbers};
 
 impl Report for StudyLimitsReport<'_> {
-    type Json = StudyLimitsResult;
+    const SCHEMA: &'static str = "study-limits/1";
 
-    fn json(&self) -> StudyLimitsResult {
+    fn json(&self) -> impl Published {
         StudyLimitsResult::of(self)
     }
 

@@ -4,9 +4,9 @@ use crate::color::{self, Dash, JOINT_COLOURS as JOINT_COLORS};
 use crate::document::{
     Block, Document, Medium, Picture, Plot, PlotLine, Table, Tone, number, reference, words,
 };
-use crate::json::StudyPaperResult;
+use crate::json::study::paper::StudyPaperResult;
 use crate::path::{moving, travelled};
-use crate::report::Report;
+use crate::report::{Published, Report};
 use crate::words::study::paper::{
     Kind, PUBLISHED_LATERAL_MAX, Statement, headline, held, runs, setting, statements, widest,
 };
@@ -19,9 +19,9 @@ use trueweld_plant::simulate::{Phase, RecordRow, Recording};
 const SHOWN_TIME: f64 = 1.5;
 
 impl Report for StudyPaperReport<'_> {
-    type Json = StudyPaperResult;
+    const SCHEMA: &'static str = "study-paper/1";
 
-    fn json(&self) -> StudyPaperResult {
+    fn json(&self) -> impl Published {
         StudyPaperResult::of(self)
     }
 

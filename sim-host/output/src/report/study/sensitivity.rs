@@ -3,8 +3,8 @@
 use crate::StudySensitivityReport;
 use crate::color::{self, Rgb};
 use crate::document::{Bar, Block, Document, Medium, Table, TableCell, number, words};
-use crate::json::StudySensitivityResult;
-use crate::report::Report;
+use crate::json::study::sensitivity::StudySensitivityResult;
+use crate::report::{Published, Report};
 use crate::samples::{self, BlockTable};
 use crate::words::fixed;
 use crate::words::study::sensitivity::{
@@ -19,9 +19,9 @@ const SHOWN_INPUTS: usize = 8;
 const MATTERS: f64 = 0.03;
 
 impl Report for StudySensitivityReport<'_> {
-    type Json = StudySensitivityResult;
+    const SCHEMA: &'static str = "study-sensitivity/1";
 
-    fn json(&self) -> StudySensitivityResult {
+    fn json(&self) -> impl Published {
         StudySensitivityResult::of(self)
     }
 

@@ -3,6 +3,8 @@
 use crate::words::step::{SEARCHED_GAINS, milliseconds};
 use crate::words::{PublishedStep, fixed, listed, share};
 use crate::{MILLI, StudyPaperReport};
+use schemars::JsonSchema;
+use serde::Serialize;
 use trueweld_evaluate::study::{EnvelopePoint, EnvelopeRun};
 use trueweld_plant::simulate::{Phase, Recording};
 
@@ -19,17 +21,19 @@ const WRIST_AXES_ANGLE_MIN: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// What is published of the push at 45°.
 const WIDER: &str = "envelope is wider";
 
-/// A published statement, and what comes out here.
+/// A published statement.
+#[derive(Clone, Serialize, JsonSchema)]
+#[schemars(rename = "PublishedStatement", deny_unknown_fields)]
 pub(crate) struct Statement {
     /// What it is of.
     pub what: String,
-    /// As published.
+    /// As published, in words.
     pub published: String,
-    /// Ours.
+    /// Ours, in words.
     pub ours: String,
     /// True where the gains were searched for it, so that it confirms nothing of the model.
     pub tuned: bool,
-    /// Whether ours agrees; `None` where nothing measurable is published.
+    /// Whether ours agrees; `null` where nothing measurable is published.
     pub agrees: Option<bool>,
 }
 
@@ -159,7 +163,7 @@ pub(crate) fn statements(report: &StudyPaperReport<'_>) -> Vec<Statement> {
         let figures = run.figures;
         let Some(theirs) = PublishedStep::of(figures.controller) else { continue };
         let name = format!("step, scheme {} ({})", theirs.scheme, figures.controller);
-        let time = figures.settle_5pct;
+        let time = figures.settle_5pct_s;
         all.push(tuned(
             &format!("{name}: within 5 %"),
             &milliseconds(theirs.settle),
@@ -178,7 +182,7 @@ pub(crate) fn statements(report: &StudyPaperReport<'_>) -> Vec<Statement> {
         all.push(tuned(
             &format!("{name}: static error"),
             theirs.static_error,
-            format!("{} N", fixed(figures.static_error, 0)),
+            format!("{} N", fixed(figures.static_error_n, 0)),
             None,
         ));
     }
