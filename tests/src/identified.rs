@@ -7,10 +7,10 @@ use trueweld_estimate::identify::{IdentificationTarget, identify};
 use trueweld_laboratory::{Protocol, Recipe};
 use trueweld_logs::campaign::read_logs;
 use trueweld_plant::effects::{Effect, EffectKind, Location};
-use trueweld_plant::input::{ModelFile, Process};
+use trueweld_plant::input::ModelFile;
 use trueweld_plant::random::Random;
 
-/// How many of [`Process::NUMBERS`], the first of them, `identify process` tells beside the ripple.
+/// How many of the process' numbers, the first of them, `identify process` tells beside the ripple.
 const PROCESS_NUMBERS: usize = 7;
 
 /// A campaign with what is to be identified in it.
@@ -84,8 +84,8 @@ pub fn examine(case: &Case) -> Result<Seen, Box<dyn std::error::Error>> {
     LABORATORY.write(&case.recipe, folder.path())?;
     let mut model = ModelFile::read(folder.path().join("model.toml"))?;
     if let (IdentificationTarget::Process, Some(process)) = (case.target, &mut model.process) {
-        for ((_, of), factor) in Process::NUMBERS.iter().zip(&case.factors) {
-            of(process).into_iter().for_each(|number| *number /= factor);
+        for (key, factor) in process.kind().keys.iter().zip(&case.factors) {
+            process.numbers(key).into_iter().for_each(|number| *number /= factor);
         }
     }
     let (_, logs) = read_logs(&[folder.path().to_owned()])?;

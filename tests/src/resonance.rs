@@ -87,7 +87,7 @@ pub fn mean_push(rpm: f64, faster: f64) -> f64 {
     let push = |seed| {
         let mut fixtures = fixtures(rpm, faster);
         fixtures.sensors.seed = seed;
-        lines(fixtures, ControllerKind::External, true).push
+        lines(fixtures, ControllerKind::EXTERNAL, true).push
     };
     (1..=3).map(push).sum::<f64>() / 3.0
 }
@@ -128,7 +128,7 @@ fn line(rows: &[&RecordRow], signal: impl Fn(&RecordRow) -> f64) -> f64 {
 /// The published step of 11 kN under external control; `None` where the loop does not come to rest.
 pub fn step(fixtures: &Fixtures, told: bool) -> Option<StepFigures> {
     let program = WeldProgram::ForceStep { height: 11e3, hold: 1.0, length: 3.0 };
-    let recording = recorded(fixtures, ControllerKind::External, program, told)?;
+    let recording = recorded(fixtures, ControllerKind::EXTERNAL, program, told)?;
     let figures = StepFigures::of(&recording, fixtures.weld.settle + 1.0, 11e3)?;
     let sound = recording.rows.iter().all(|r| r.fault.is_none()) && figures.settle_5pct_s.is_some();
     sound.then_some(figures)
@@ -153,7 +153,8 @@ pub fn stiffness(robot: &Robot<f64>, fixtures: &Fixtures, path: f64) -> f64 {
     let start = start_angles(robot, &seam).expect("within reach");
     let q = robot.inverse_near(&seam.nominal(path), &start).expect("within reach");
     let z: Vector3<f64> = seam.b_from_w.rotation.column(2).into();
-    1.0 / (1.0 / fixtures.process.depth_stiffness + robot.compliance_along(&robot.frames(&q), &z))
+    1.0 / (1.0 / fixtures.process.model.depth_stiffness()
+        + robot.compliance_along(&robot.frames(&q), &z))
 }
 
 /// Largest factor on the gains with which the step of 11 kN still comes to rest.

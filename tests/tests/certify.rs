@@ -116,7 +116,7 @@ impl Certified {
     fn of(law: &Entry, control: &Control, instruments: &[Instrument]) -> Self {
         let fixtures = &*FIXTURES;
         let mut scenario =
-            fixtures.scenario(&CELL, WeldProgram::Weld, ControllerKind::External, law);
+            fixtures.scenario(&CELL, WeldProgram::Weld, ControllerKind::EXTERNAL, law);
         scenario.control = control;
         let asked = REQUIREMENTS.of_weld(&fixtures.weld, &fixtures.process, &control.compensation);
         let asked = asked.expect("limits that can be exceeded");
@@ -380,7 +380,7 @@ fn the_effects_of_a_cell_are_in_every_run_of_its_certification() {
     let effects = [Effect::parse(text, &fixtures.robot).expect("in the library")];
     let real = fixtures.cell(&[text]);
     let law = law("seam-tracking");
-    let scenario = fixtures.scenario(&real, WeldProgram::Weld, ControllerKind::External, &law);
+    let scenario = fixtures.scenario(&real, WeldProgram::Weld, ControllerKind::EXTERNAL, &law);
     let certification = |effects| {
         let cell = NominalCell { robot: &fixtures.robot.robot, effects, uncertain: &UNCERTAIN };
         let needed =
@@ -620,7 +620,7 @@ fn a_correction_at_its_authority_does_not_hide_what_may_fail() {
 }
 
 fn struck(law: &Entry, fault: Option<InstrumentFault>) -> Recording {
-    let scenario = FIXTURES.scenario(&CELL, WeldProgram::Weld, ControllerKind::External, law);
+    let scenario = FIXTURES.scenario(&CELL, WeldProgram::Weld, ControllerKind::EXTERNAL, law);
     run(&Scenario { fault, ..scenario }, |_| {}).expect("the run ends")
 }
 
@@ -744,7 +744,7 @@ impl Coupon {
         let Self { of, effects, cell } = self;
         let uncertain = uncertain(requirements);
         let requirements = asked(requirements, of).expect("limits that can be exceeded");
-        let scenario = of.scenario(cell, WeldProgram::Weld, ControllerKind::External, law);
+        let scenario = of.scenario(cell, WeldProgram::Weld, ControllerKind::EXTERNAL, law);
         let cell = NominalCell { robot: &of.robot.robot, effects, uncertain: &uncertain };
         let needed =
             RequiredCorrection::of(&scenario, &cell).expect("a weld").expect("a steady part");
@@ -881,7 +881,7 @@ fn a_limit_that_can_show_nothing_is_refused_or_is_no_requirement() {
     refused(start, &unsettled, ["in [limits.start]", "settle_s of the weld is 0"]);
     assert!(asked(&of(start), &coupon).is_ok());
     let (cell, law) = (unsettled.cell(&[]), law("none"));
-    let scenario = unsettled.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law);
+    let scenario = unsettled.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &law);
     let weld = WeldFigures::of(&run(&scenario, |_| {}).expect("the run ends")).expect("steady");
     for of in WELD_FIGURES.iter().filter(|of| of.figure.phase() == "start") {
         assert!((of.value)(&weld).is_nan(), "{}", of.figure.key);
@@ -910,7 +910,7 @@ fn a_seam_that_lies_beside_the_taught_one_is_followed_by_who_sees_it() {
     let uncertain = uncertain(&requirements);
     let lateral = |name: &str| {
         let (law, fixtures) = (law(name), &*FIXTURES);
-        let scenario = fixtures.scenario(&CELL, WeldProgram::Weld, ControllerKind::External, &law);
+        let scenario = fixtures.scenario(&CELL, WeldProgram::Weld, ControllerKind::EXTERNAL, &law);
         let cell =
             NominalCell { robot: &fixtures.robot.robot, effects: &[], uncertain: &uncertain };
         let needed =
@@ -945,7 +945,7 @@ fn a_link_mounted_off_does_not_come_back_as_the_force_loop_closes() {
     let fixtures = &*FIXTURES;
     let rise = |effects: &[&str], name: &str| {
         let (cell, law) = (fixtures.cell(effects), law(name));
-        let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law);
+        let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &law);
         let recording = run(&scenario, |_| {}).expect("the run ends");
         WeldFigures::of(&recording).expect("a steady part").phases[1].lateral.max_abs
     };
@@ -961,13 +961,13 @@ fn learning_does_not_grow_from_pass_to_pass_on_firm_or_soft_material() {
     // 0.3 mm in eight passes where all that seam tracking added is learned. And a tenth as firm.
     for (firmness, drag, arm) in [(1.3, 0.64, 1.25), (0.1, 1.0, 1.0)] {
         let mut process = FIXTURES.process.clone();
-        process.lateral_stiffness *= firmness;
-        process.feed_drag *= drag;
+        process.scale("lateral_stiffness_n_m", firmness);
+        process.scale("feed_drag_ns_m", drag);
         let stiffness = [1.0, arm, arm, 1.0, 1.0, 1.0];
         let robot = FIXTURES.robot.robot.with_stiffness_scaled(&stiffness.into());
         let cell = Cell::new(&robot.expect("a robot"), &[], &process, CELL.seam.clone());
         let (cell, law) = (cell.expect("a cell"), law("learning"));
-        let scenario = FIXTURES.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law);
+        let scenario = FIXTURES.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &law);
         // RMS and largest, the means over three seeds: of the noise alone the RMS of one weld on soft
         // material scatters by 6 µm, its largest by 20 µm.
         let seeds = [1, 2, 3];

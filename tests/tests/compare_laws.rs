@@ -13,7 +13,7 @@ fn figures(points: &[(&str, ScenarioChange)]) -> Vec<WeldFigures> {
     fixtures.weld.end = fixtures.weld.start + Vector3::y() * 0.06;
     let cell = fixtures.cell(&[]);
     let none = law("none");
-    let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &none);
+    let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &none);
     let robot = &fixtures.robot.robot;
     let comparison =
         LawComparison { scenario, robot, stiffness_error: 0.2, laws: library(), passes: 2 };

@@ -6,7 +6,7 @@ use nalgebra::SVector;
 use proptest::prelude::*;
 use trueweld_compensators::{Entry, library};
 use trueweld_plant::cell::Cell;
-use trueweld_plant::input::{Process, Sensors};
+use trueweld_plant::input::Sensors;
 use trueweld_plant::sensors::{Failure, Instrument, InstrumentFault};
 use trueweld_plant::simulate::{
     ControllerKind, RecordRow, Recording, Scenario, Seam, WeldProgram, run,
@@ -113,14 +113,12 @@ impl Struck {
             .with_stiffness_scaled(&SVector::from(self.stiffness))
             .expect("a robot");
         let [depth, drag, across, damping] = self.material;
-        let process = Process {
-            depth_stiffness: fixtures.process.depth_stiffness * depth,
-            depth_damping: fixtures.process.depth_damping * depth,
-            feed_drag: fixtures.process.feed_drag * drag,
-            lateral_stiffness: fixtures.process.lateral_stiffness * across,
-            lateral_damping: fixtures.process.lateral_damping * damping,
-            ..fixtures.process.clone()
-        };
+        let process = (fixtures.process.clone())
+            .scaled("depth_stiffness_n_m", depth)
+            .scaled("depth_damping_ns_m", depth)
+            .scaled("feed_drag_ns_m", drag)
+            .scaled("lateral_stiffness_n_m", across)
+            .scaled("lateral_damping_ns_m", damping);
         let cell = Cell::new(&robot, &[], &process, Seam::of(&fixtures.weld)).expect("a cell");
         let mut sensors: Sensors = fixtures.sensors.clone();
         sensors.force.delay = self.delay;
@@ -131,7 +129,7 @@ impl Struck {
         let fault =
             Some(InstrumentFault { instrument, failure, from: FAILS, until: FAILS + self.lasts });
         let scenario =
-            fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &self.law);
+            fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &self.law);
         // A tool that is lifted off hits the plate when it comes back.
         let plant_step = if instrument == Instrument::ForceSensor { 2.5e-4 } else { 2e-3 };
         let scenario = Scenario { sensors: &sensors, plant_step, ..scenario };

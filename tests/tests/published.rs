@@ -32,7 +32,7 @@ fn assert_published(figures: &StepFigures, settle: f64, overshoot: f64) {
 
 #[test]
 fn parallel_control_answers_the_step_as_published() {
-    let figures = step(ControllerKind::Parallel);
+    let figures = step(ControllerKind::PARALLEL);
     assert_published(&figures, 0.370, 0.24);
     // "No static error": below what two of the sensor's standard deviations would show.
     assert!(figures.static_error_n.abs() < 50.0, "{figures:?}");
@@ -40,7 +40,7 @@ fn parallel_control_answers_the_step_as_published() {
 
 #[test]
 fn superposed_control_answers_the_step_as_published() {
-    let figures = step(ControllerKind::Superposed);
+    let figures = step(ControllerKind::SUPERPOSED);
     assert_published(&figures, 0.580, 0.20);
     // "Near 200 N", sign not printed.
     assert!((figures.static_error_n.abs() - 200.0).abs() < 50.0, "{figures:?}");
@@ -48,7 +48,7 @@ fn superposed_control_answers_the_step_as_published() {
 
 #[test]
 fn external_control_answers_the_step_as_published() {
-    let figures = step(ControllerKind::External);
+    let figures = step(ControllerKind::EXTERNAL);
     assert_published(&figures, 0.860, 0.045);
     assert!(figures.static_error_n.abs() < 50.0, "{figures:?}");
     assert!(figures.ripple_n <= 50.0, "{figures:?}");
@@ -65,7 +65,7 @@ fn weld(name: &'static str, law_name: &str, stiffness_error: f64) -> WeldFigures
     let recording = fixtures.run(
         &cell,
         WeldProgram::Weld,
-        ControllerKind::External,
+        ControllerKind::EXTERNAL,
         &law(law_name),
         &controller_model,
     );
@@ -137,7 +137,7 @@ fn passes(law_name: &str, error: f64, passes: usize) -> WeldFigures {
         .with_stiffness_scaled(&SVector::from_element(1.0 + error))
         .expect("a robot");
     let law = law(law_name);
-    let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law);
+    let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &law);
     let scenario =
         trueweld_plant::simulate::Scenario { controller_model: &controller_model, ..scenario };
     let recording =

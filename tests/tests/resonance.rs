@@ -8,7 +8,7 @@ use trueweld_tests::resonance::{fixtures, mean_push, started_at, step, stiffness
 #[test]
 fn the_mode_along_the_tool_is_the_one_that_resonates() {
     let [slow, resonant] =
-        [500.0, 1080.0].map(|rpm| weld(rpm, ControllerKind::External, 1.0, false));
+        [500.0, 1080.0].map(|rpm| weld(rpm, ControllerKind::EXTERNAL, 1.0, false));
     // 1080 rpm are 18 Hz, the third mode (17.5 Hz with the tool free); the static ripple is the
     // same at both. A mode damped as this one, some 10 % with the material's, amplifies by five.
     let ratio = resonant.push / slow.push;
@@ -24,7 +24,7 @@ fn the_mode_along_the_tool_is_the_one_that_resonates() {
 fn the_force_loop_no_longer_answers_the_spindle() {
     for rpm in [750.0, 1080.0] {
         let [without, with] =
-            [false, true].map(|told| weld(rpm, ControllerKind::External, 1.0, told));
+            [false, true].map(|told| weld(rpm, ControllerKind::EXTERNAL, 1.0, told));
         // The null itself is exact; what is left is the sensor's noise in a window of ten seconds,
         // some nanometres.
         assert!(with.correction < 0.03 * without.correction, "{rpm}: {with:?}, {without:?}");
@@ -37,7 +37,7 @@ fn the_force_loop_no_longer_answers_the_spindle() {
 #[test]
 fn a_force_loop_four_times_as_fast_does_not_amplify_the_ripple() {
     let [without, with] =
-        [false, true].map(|told| weld(1200.0, ControllerKind::External, 4.0, told));
+        [false, true].map(|told| weld(1200.0, ControllerKind::EXTERNAL, 4.0, told));
     assert!(
         with.push < 0.6 * without.push && with.drives < 0.6 * without.drives,
         "{with:?}, {without:?}"

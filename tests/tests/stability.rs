@@ -14,7 +14,7 @@ use trueweld_evaluate::margins::{
     margins, run_in_time, run_linear,
 };
 use trueweld_plant::cell::Cell;
-use trueweld_plant::input::{Control, Process, Sensors};
+use trueweld_plant::input::{Control, Sensors};
 use trueweld_plant::simulate::{ControllerKind, Scenario, Seam, WeldProgram};
 use trueweld_tests::cell::Fixtures;
 use trueweld_tests::resonance::stiff;
@@ -89,7 +89,7 @@ fn met(laws: Vec<Entry>) -> impl Strategy<Value = Met> {
     let aside = prop::array::uniform3(-0.1..0.1_f64);
     (weld, aside, 0.0..=1.0_f64, stiffness, 0.7..1.3_f64, prop::sample::select(laws)).prop_map(
         |(weld, aside, place, stiffness, material, law)| {
-            let controller = ControllerKind::External;
+            let controller = ControllerKind::EXTERNAL;
             Met { weld, aside, place, stiffness, material, controller, law }
         },
     )
@@ -113,13 +113,10 @@ impl Met {
     ) -> T {
         let factor = SVector::from(self.stiffness);
         let robot = fixtures.robot.robot.with_stiffness_scaled(&factor).expect("a robot");
-        let process = Process {
-            ripple: Vec::new(),
-            depth_stiffness: fixtures.process.depth_stiffness * self.material,
-            depth_damping: fixtures.process.depth_damping * self.material,
-            lateral_stiffness: fixtures.process.lateral_stiffness * self.material,
-            ..fixtures.process.clone()
-        };
+        let process = (fixtures.process.even())
+            .scaled("depth_stiffness_n_m", self.material)
+            .scaled("depth_damping_ns_m", self.material)
+            .scaled("lateral_stiffness_n_m", self.material);
         let seam = Seam::of(&fixtures.weld);
         let cell = Cell::new(&robot, &[], &process, seam.b_from_w).expect("a cell");
         let scenario = fixtures.scenario(&cell, WeldProgram::Weld, self.controller, &self.law);
@@ -161,11 +158,11 @@ const LIMIT_CYCLES: [f64; 2] = [0.15, 1.9];
 #[test]
 fn friction_holds_an_unstable_drive_loop_in_the_limit_cycle_that_its_describing_function_gives() {
     let fixtures = Fixtures::of("vertical");
-    let process = Process { ripple: Vec::new(), ..fixtures.process.clone() };
+    let process = fixtures.process.even();
     let seam = Seam::of(&fixtures.weld);
     let cell = Cell::new(&fixtures.robot.robot, &[], &process, seam.b_from_w).expect("a cell");
     let none = trueweld_tests::cell::law("none");
-    let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::Parallel, &none);
+    let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::PARALLEL, &none);
     let mut control = fixtures.control.clone();
     control.parallel.joint = stiff(&control.parallel.joint);
     let scenario = Scenario { control: &control, plant_step: 2e-3, ..scenario };
@@ -241,13 +238,13 @@ fn left_late(in_time: &[Run; 2], linear: &[Run; 2]) -> [f64; 2] {
 fn a_kick_in_the_run_in_time_dies_out_as_it_does_in_the_linear_loop() {
     let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &KICKED);
     let mut runner = TestRunner::new_with_rng(Config::default(), rng);
-    for (controller, law) in ControllerKind::ALL
+    for (controller, law) in ControllerKind::required()
         .into_iter()
         .flat_map(|each| library().iter().map(move |law| (each, law)))
     {
         let drawn = met(vec![law.clone()]).new_tree(&mut runner).expect("a cell").current();
         // With a seam sensor around it superposed control hardly dies out, or grows.
-        if controller == ControllerKind::Superposed && law.needs().seam_sensor {
+        if controller == ControllerKind::SUPERPOSED && law.needs().seam_sensor {
             continue;
         }
         let met = Met { controller, place: 0.7 * drawn.place, ..drawn };
@@ -265,7 +262,7 @@ fn a_kick_in_the_run_in_time_dies_out_as_it_does_in_the_linear_loop() {
             let margins = margins(scenario, &there, friction).expect("a place");
             // With as much dry friction as none, superposed control under the observer is not.
             if margins.channels.is_none() {
-                assert_eq!(controller, ControllerKind::Superposed, "{name}: {margins:?}");
+                assert_eq!(controller, ControllerKind::SUPERPOSED, "{name}: {margins:?}");
                 return;
             }
             let in_time = kicked(|kick| run_in_time(scenario, at, kick).expect("it ends"));
@@ -283,11 +280,11 @@ fn a_loop_whose_answer_dies_out_is_stable() {
     // Learning on the second weld, the tool standing at half of its push, the drives held by their
     // friction: five to ten seconds after an impulse, a thousandth of what is left looks as if it grew.
     let fixtures = Fixtures::of("inclined");
-    let process = Process { ripple: Vec::new(), ..fixtures.process.clone() };
+    let process = fixtures.process.even();
     let seam = Seam::of(&fixtures.weld);
     let cell = Cell::new(&fixtures.robot.robot, &[], &process, seam.b_from_w).expect("a cell");
     let learning = trueweld_tests::cell::law("learning");
-    let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &learning);
+    let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &learning);
     let scenario = Scenario { plant_step: 2e-3, ..scenario };
     let [.., standing, _, _, _] = &OperatingPoint::along(&fixtures.weld, 1)[..] else { panic!() };
     let margins = margins(&scenario, standing, FrictionSlope::Full).expect("a place");

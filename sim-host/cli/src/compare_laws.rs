@@ -2,7 +2,7 @@
 //! delay and a lost sensor.
 
 use crate::inputs::{WeldArguments, passes};
-use crate::names::{Controller, LawParser};
+use crate::names::{ControllerParser, LawParser};
 use crate::results::{Results, check_outputs, check_targets};
 use clap::Args;
 use miette::Result;
@@ -12,6 +12,7 @@ use trueweld_compensators::{Entry, library};
 use trueweld_evaluate::Requirements;
 use trueweld_evaluate::laws::{LawComparison, NoFigures};
 use trueweld_output::LawsReport;
+use trueweld_plant::controllers::ControllerKind;
 use trueweld_plant::simulate::{Scenario, WeldProgram};
 
 /// Arguments of `compare-laws`.
@@ -23,8 +24,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_delimiter = ',', value_name = "LAW,...", value_parser = LawParser)]
     laws: Vec<Entry>,
     /// Hybrid force/position controller
-    #[arg(long, value_enum, default_value_t = Controller::External)]
-    controller: Controller,
+    #[arg(long, value_parser = ControllerParser, default_value = ControllerKind::default().name())]
+    controller: ControllerKind,
     /// Welds of the seam for laws that learn from one to the next; the last one counts
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = passes())]
     passes: u32,
@@ -52,7 +53,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let requirements: Requirements = read_input(arguments.requirements.as_deref(), &mut files)?;
     let inputs = arguments.files.read()?;
     check_outputs(&results.outputs())?;
-    let controller = arguments.controller.controller();
+    let controller = arguments.controller;
     let laws = if arguments.laws.is_empty() { library() } else { &arguments.laws };
     let comparison = LawComparison {
         scenario: Scenario {

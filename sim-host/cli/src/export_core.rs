@@ -1,7 +1,7 @@
 //! `trueweld export-core`: the constants that a controller's core is built from.
 
 use crate::inputs::WeldArguments;
-use crate::names::{Controller, LawParser};
+use crate::names::{ControllerParser, LawParser};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr};
 use std::fs;
@@ -10,6 +10,7 @@ use std::slice;
 use trueweld::PLANT_STEP;
 use trueweld_compensators::Entry;
 use trueweld_output::write_file;
+use trueweld_plant::controllers::ControllerKind;
 use trueweld_plant::provenance::Provenance;
 use trueweld_plant::simulate::WeldProgram;
 
@@ -19,8 +20,8 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     files: WeldArguments,
     /// Hybrid force/position controller
-    #[arg(long, value_enum, default_value_t = Controller::External)]
-    controller: Controller,
+    #[arg(long, value_parser = ControllerParser, default_value = ControllerKind::default().name())]
+    controller: ControllerKind,
     /// Compensation law; no combination
     #[arg(long, value_name = "LAW", value_parser = LawParser)]
     compensator: Entry,
@@ -32,7 +33,7 @@ pub(crate) struct Arguments {
 /// Runs the command.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let inputs = arguments.files.read()?;
-    let controller = arguments.controller.controller();
+    let controller = arguments.controller;
     let law = &arguments.compensator;
     let scenario = inputs.scenario(WeldProgram::Weld, controller, law);
     let constants = scenario.constants().into_diagnostic()?;

@@ -2,31 +2,55 @@
 
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use clap::{Arg, Command, ValueEnum};
+use clap::{Arg, Command};
 use std::ffi::OsStr;
 use trueweld_compensators::{Entry, find, library};
+use trueweld_plant::controllers::{ControllerEntry, ControllerKind, controllers};
 use trueweld_plant::input::nearest;
-use trueweld_plant::simulate;
 
-/// A hybrid controller.
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum Controller {
-    /// Parallel hybrid control with selection matrix (2.2)
-    Parallel,
-    /// Superposed hybrid control (2.3)
-    Superposed,
-    /// External hybrid control: force loop around a position loop (2.4), (2.5)
-    External,
+/// Reads the name of a controller.
+#[derive(Clone)]
+pub(crate) struct ControllerParser;
+
+impl TypedValueParser for ControllerParser {
+    type Value = ControllerKind;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        argument: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<ControllerKind, clap::Error> {
+        let name = value.to_string_lossy();
+        let known = controllers().iter().map(|controller| controller.name.to_owned()).collect();
+        ControllerKind::find(&name).map_err(|near| unknown(command, argument, &name, near, known))
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let value = |of: &&ControllerEntry| PossibleValue::new(of.name).help(of.about);
+        Some(Box::new(controllers().iter().map(value)))
+    }
 }
 
-impl Controller {
-    pub(crate) fn controller(self) -> simulate::ControllerKind {
-        match self {
-            Self::Parallel => simulate::ControllerKind::Parallel,
-            Self::Superposed => simulate::ControllerKind::Superposed,
-            Self::External => simulate::ControllerKind::External,
-        }
+/// A value that is none of those known.
+fn unknown(
+    command: &Command,
+    argument: Option<&Arg>,
+    value: &str,
+    near: Option<&str>,
+    known: Vec<String>,
+) -> clap::Error {
+    let text = |text: &str| ContextValue::String(text.to_owned());
+    let mut error = clap::Error::new(ErrorKind::InvalidValue).with_cmd(command);
+    if let Some(argument) = argument {
+        error.insert(ContextKind::InvalidArg, text(&argument.to_string()));
     }
+    error.insert(ContextKind::InvalidValue, text(value));
+    if let Some(near) = near {
+        error.insert(ContextKind::SuggestedValue, text(near));
+    }
+    error.insert(ContextKind::ValidValue, ContextValue::Strings(known));
+    error
 }
 
 /// Reads the name of a law, or the names of several with a plus between them.
@@ -43,20 +67,10 @@ impl TypedValueParser for LawParser {
         value: &OsStr,
     ) -> Result<Entry, clap::Error> {
         let name = value.to_string_lossy();
-        find(&name).map_err(|unknown| {
+        find(&name).map_err(|read| {
             let known = library().iter().map(Entry::name);
-            let text = |text: &str| ContextValue::String(text.to_owned());
-            let mut error = clap::Error::new(ErrorKind::InvalidValue).with_cmd(command);
-            if let Some(argument) = argument {
-                error.insert(ContextKind::InvalidArg, text(&argument.to_string()));
-            }
-            error.insert(ContextKind::InvalidValue, text(unknown));
-            if let Some(near) = nearest(unknown, known.clone()) {
-                error.insert(ContextKind::SuggestedValue, text(near));
-            }
-            let known = known.map(str::to_owned).collect();
-            error.insert(ContextKind::ValidValue, ContextValue::Strings(known));
-            error
+            let near = nearest(read, known.clone());
+            unknown(command, argument, read, near, known.map(str::to_owned).collect())
         })
     }
 

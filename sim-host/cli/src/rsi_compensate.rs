@@ -64,7 +64,7 @@ pub(crate) fn knowledge(inputs: &WeldingCell) -> Knowledge {
 
 /// The law of a client.
 pub(crate) fn law(inputs: &WeldingCell, law: &Entry) -> Result<Box<dyn Compensator<f64>>> {
-    let scenario = inputs.scenario(WeldProgram::Weld, ControllerKind::External, law);
+    let scenario = inputs.scenario(WeldProgram::Weld, ControllerKind::EXTERNAL, law);
     scenario.build_law().into_diagnostic()
 }
 
@@ -84,6 +84,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let silence = seconds("--silence", arguments.silence)?;
     arguments.log.check()?;
     let inputs = arguments.files.read()?;
+    inputs.must_bear_push("rsi-compensate")?;
     let socket = bound(arguments.listen)?;
     let mut law = law(&inputs, &arguments.compensator)?;
     let mut client =
@@ -92,7 +93,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut most = 0.0_f64;
     let (mut read, mut rows) = (Vec::new(), Vec::<RecordRow>::new());
     let scenario =
-        inputs.scenario(WeldProgram::Weld, ControllerKind::External, &arguments.compensator);
+        inputs.scenario(WeldProgram::Weld, ControllerKind::EXTERNAL, &arguments.compensator);
     let shown = arguments.live.connect(&scenario, arguments.compensator.name())?;
     let served = serve(&socket, &mut client, first, arguments.controller, |client| {
         most = most.max(client.correction().linear.norm());

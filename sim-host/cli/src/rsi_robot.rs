@@ -2,7 +2,7 @@
 //! it.
 
 use crate::inputs::WeldArguments;
-use crate::names::{Controller, LawParser};
+use crate::names::{ControllerParser, LawParser};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use crate::rsi_compensate;
 use crate::rsi_counts::{bound, of_link, of_malformed};
@@ -19,6 +19,7 @@ use trueweld::PLANT_STEP;
 use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_evaluate::WeldFigures;
 use trueweld_output::{WeldReport, WeldRun};
+use trueweld_plant::controllers::ControllerKind;
 use trueweld_plant::simulate::{Recording, Seam, WeldProgram, run_with};
 use trueweld_rsi::packet::Element;
 use trueweld_rsi::{Client, CorrectionBounds, CycleTimeout, Link, pass_through, serve};
@@ -36,8 +37,8 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     files: WeldArguments,
     /// Hybrid force/position controller
-    #[arg(long, value_enum, default_value_t = Controller::External)]
-    controller: Controller,
+    #[arg(long, value_parser = ControllerParser, default_value = ControllerKind::default().name())]
+    controller: ControllerKind,
     /// Address of the client that answers
     #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:49152")]
     to: SocketAddr,
@@ -132,8 +133,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     arguments.log.check()?;
     let bounds = arguments.bounds()?;
     let inputs = arguments.files.read()?;
+    inputs.must_bear_push("rsi-robot")?;
     check_outputs(&outputs)?;
-    let controller = arguments.controller.controller();
+    let controller = arguments.controller;
     // The law is at the other end.
     let law = Entry::of::<Uncompensated>();
     let control = pass_through(&inputs.control);

@@ -45,9 +45,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let program = WeldProgram::ForceStep { height, hold: HOLD, length: LENGTH };
     let none = Entry::of::<Uncompensated>();
     let whole = at + LENGTH;
-    let total = ControllerKind::ALL.len() as f64 * whole;
+    let total = ControllerKind::required().len() as f64 * whole;
     let progress = arguments.results.files.progress("stepping", total);
-    let recordings = ControllerKind::ALL
+    let recordings = ControllerKind::required()
         .iter()
         .enumerate()
         .map(|(k, controller)| {
@@ -70,7 +70,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         .map(|(recording, figures)| StepRun { recording, figures })
         .collect();
     let mut simulation =
-        inputs.simulation(&ControllerKind::ALL, slice::from_ref(&none), 1, PLANT_STEP);
+        inputs.simulation(&ControllerKind::required(), slice::from_ref(&none), 1, PLANT_STEP);
     simulation.force_step_n = Some(height);
     let provenance = inputs.provenance("step", simulation);
     arguments.results.write(&StepReport { runs: &runs, at, height, provenance: &provenance })

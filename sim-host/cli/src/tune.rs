@@ -12,7 +12,7 @@ use trueweld_evaluate::Requirements;
 use trueweld_evaluate::tune::{AskedResponse, TuneError, TuneTask, tune};
 use trueweld_output::{TuneReport, control_toml};
 use trueweld_plant::cell::Cell;
-use trueweld_plant::input::{Control, InputFile, Process};
+use trueweld_plant::input::{Control, InputFile};
 use trueweld_plant::simulate::{ControllerKind, Scenario, WeldProgram};
 
 /// Arguments of `tune`.
@@ -73,6 +73,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         )
     })?;
     let inputs = arguments.cell.read(arguments.weld.as_deref())?;
+    inputs.must_bear_push("tune")?;
     check_outputs(&outputs)?;
     let height =
         response("--height", arguments.height.unwrap_or(OF_PUSH * inputs.weld.force), 1e6)?;
@@ -90,13 +91,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if laws.iter().all(|known| known.name() != law.name()) {
         laws.push(law.clone());
     }
-    let still = Process { ripple: Vec::new(), ..inputs.planned.clone() };
+    let still = inputs.planned.even();
     let seam = inputs.cell.seam.clone();
     let still = Cell::new(&inputs.robot.robot, &inputs.effects, &still, seam).into_diagnostic()?;
     let task = TuneTask {
         scenario: Scenario {
             plant_step: PLANT_STEP,
-            ..inputs.scenario(WeldProgram::Weld, ControllerKind::External, &law)
+            ..inputs.scenario(WeldProgram::Weld, ControllerKind::EXTERNAL, &law)
         },
         still: &still,
         from_file: arguments.cell.states_control(),
@@ -107,10 +108,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let progress = arguments.results.progress("tuning", 1.0);
     let tuning = tune(&task, |stage, share| progress.stage(stage, share)).map_err(|error| {
         let TuneError::Run(error) = error;
-        inputs.failed(ControllerKind::External, &error)
+        inputs.failed(ControllerKind::EXTERNAL, &error)
     })?;
     progress.finish();
-    let mut simulation = inputs.simulation(&ControllerKind::ALL, &laws, 1, PLANT_STEP);
+    let mut simulation = inputs.simulation(&ControllerKind::required(), &laws, 1, PLANT_STEP);
     simulation.force_step_n = Some(height);
     let mut provenance = inputs.provenance("tune", simulation);
     provenance.files.extend(files);

@@ -2,7 +2,7 @@
 
 use crate::certify::certificate;
 use crate::inputs::{WeldArguments, passes};
-use crate::names::{Controller, LawParser};
+use crate::names::{ControllerParser, LawParser};
 use crate::results::{FormFiles, RecordedResults, Results, check_outputs, check_targets};
 use clap::Args;
 use miette::{Report, Result, miette};
@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use trueweld::{PLANT_STEP, STEP_OF_MANY, SimulatedWeld, simulate};
 use trueweld_compensators::{Elastostatic, Entry, Uncompensated};
 use trueweld_output::{WeldReport, WeldRun};
+use trueweld_plant::controllers::ControllerKind;
 use trueweld_plant::simulate::{Seam, WeldProgram};
 
 /// Arguments of `weld`.
@@ -18,8 +19,8 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     files: WeldArguments,
     /// Hybrid force/position controller
-    #[arg(long, value_enum, default_value_t = Controller::External)]
-    controller: Controller,
+    #[arg(long, value_parser = ControllerParser, default_value = ControllerKind::default().name())]
+    controller: ControllerKind,
     /// Compensation law, or several with + between them (default: a run without and a run with
     /// elastostatic)
     #[arg(long, value_name = "LAW", value_parser = LawParser)]
@@ -55,7 +56,7 @@ impl Arguments {
         };
         Self {
             files: WeldArguments::default(),
-            controller: Controller::External,
+            controller: ControllerKind::default(),
             compensator: None,
             passes: 1,
             certificate: None,
@@ -76,7 +77,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let outputs = arguments.results.outputs();
     check_targets(&outputs)?;
     let inputs = arguments.files.read()?;
-    let controller = arguments.controller.controller();
+    let controller = arguments.controller;
     let laws = match &arguments.compensator {
         None => vec![Entry::of::<Uncompensated>(), Entry::of::<Elastostatic<f64>>()],
         Some(law) => vec![law.clone()],

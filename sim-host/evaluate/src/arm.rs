@@ -118,7 +118,7 @@ impl ArmAt {
             posture: *posture,
             inertia,
             mode_rad_s: mode,
-            stiffness_n_m: (process.depth_stiffness.recip() + compliance.z).recip(),
+            stiffness_n_m: (process.model.depth_stiffness().recip() + compliance.z).recip(),
             cartesian: compliance.map(f64::recip),
             mass: lever.component_mul(&lever).component_div(&inertia).sum().recip(),
             torque: (spring.abs() + lost).component_div(&rated(|joint| joint.max_torque)).into(),

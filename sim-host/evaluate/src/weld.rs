@@ -325,9 +325,9 @@ impl AskedWeld {
     /// Of a weld as it is planned.
     pub fn new(weld: &Weld, planned: &Process) -> Self {
         Self {
-            half_pin: 0.5 * planned.pin_diameter,
+            half_pin: planned.model.lateral_tolerance(),
             force: weld.force,
-            planned_depth: weld.force / planned.depth_stiffness,
+            planned_depth: planned.depth_under(weld.force),
         }
     }
 
@@ -339,6 +339,8 @@ impl AskedWeld {
             "longitudinal_max_m" => 2.0 * self.half_pin,
             "depth_rms_m" | "depth_error_max_m" => self.half_pin,
             "depth_max_m" => self.planned_depth + self.half_pin,
+            // Of a weld that is held by position, no push is asked for.
+            "push_error_mean_n" if self.force == 0.0 => return None,
             "push_error_mean_n" => STEADY_BAND * self.force,
             "speed_error_share" => STEADY_BAND,
             "tilt_rms_rad" | "tilt_max_rad" | "side_tilt_rms_rad" | "travel_angle_rms_rad" => TILT,
@@ -549,6 +551,12 @@ fn judged(
     drives: &[DriveLoad; JOINTS],
 ) -> [JudgedFigure; 8] {
     let planned = recording.planned_depth;
+    // A cut that is held by position has the axial force that it was planned with, to the same share
+    // of its whole force.
+    let (asked_push, of_position) = match (recording.force, recording.planned_force) {
+        (0.0, force) => (-force.z, STEADY_BAND * force.norm()),
+        (push, _) => (push, f64::NAN),
+    };
     let asked =
         AskedWeld { half_pin: recording.half_pin, force: recording.force, planned_depth: planned };
     let depths = steady.iter().map(|r| r.deviation_w.linear.z);
@@ -565,7 +573,7 @@ fn judged(
         ("lateral_max_m", "lateral, largest", "m", lateral.max_abs, 0.0, 1.0),
         ("longitudinal_max_m", "along the seam, largest", "m", longitudinal.max_abs, 0.0, 1.0),
         ("depth_m", "depth farthest from the planned", "m", depth, planned, 1.0),
-        ("push_mean_n", "push, mean", "N", push, recording.force, 1.0),
+        ("push_mean_n", "push, mean", "N", push, asked_push, 1.0),
         ("speed_mean_m_s", "speed along the seam, mean", "m/s", speed, feed, feed),
         ("tilt_max_rad", "tilt, largest", "rad", tilt.max_abs, 0.0, 1.0),
         ("torque_share_max", "torque of a drive, largest", "1", most(|d| d.torque_share), 0.0, 1.0),
@@ -573,7 +581,7 @@ fn judged(
     ];
     std::array::from_fn(|k| {
         let (key, label, unit, value, expected, of) = figures[k];
-        let tolerance = asked.most(ASKED_FIGURES[k]).map_or(f64::NAN, |most| most * of);
+        let tolerance = asked.most(ASKED_FIGURES[k]).map_or(of_position, |most| most * of);
         let met = within((value - expected).abs(), tolerance);
         JudgedFigure { figure: Figure { key, label, unit }, value, expected, tolerance, met }
     })

@@ -12,7 +12,7 @@ fn the_parts_of_the_joints_sum_to_the_lateral_deviation() {
         for name in ["none", "seam-tracking"] {
             let law = law(name);
             let scenario =
-                fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law);
+                fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &law);
             let recording = run(&scenario, |_| {}).expect("the run ends");
             let figures = WeldFigures::of(&recording).expect("a steady part");
             // Left out to first order: the change of gravity's part along the seam, the second order

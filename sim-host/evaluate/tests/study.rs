@@ -23,7 +23,7 @@ impl Shop {
         let of = Fixtures::of(weld);
         let part = Workpiece::new(vec![of.weld.clone()]);
         let family = family(&part, x, z);
-        let allowed = Allowance::usual(of.process.pin_diameter);
+        let allowed = Allowance::usual(of.process.model.tool_diameter());
         Self { of, part, family, allowed }
     }
 
@@ -103,7 +103,7 @@ fn a_full_run_where_the_file_has_the_part_leaves_the_seam_as_statics_expect() {
     let shop = Shop::of("vertical", Range::at(1.7), Range::at(0.5));
     let (task, of) = (shop.task(), &shop.of);
     let (cell, law) = (of.cell(&[]), law("none"));
-    let scenario = coarse(&of.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law));
+    let scenario = coarse(&of.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &law));
     let arm = RealArm { robot: &of.robot.robot, effects: &[] };
     let placed = as_filed(&task).expect("in reach");
     let confirmed = confirm(&task, &scenario, &arm, &placed, std::slice::from_ref(&law), || {});
@@ -148,7 +148,7 @@ fn the_edge_of_what_keeps_the_requirements_is_between_runs_that_do_and_do_not() 
     let figure = WELD_FIGURES.iter().find(|f| f.figure.key == "lateral_max_m").expect("a figure");
     let limit = Limit { figure: &figure.figure, value: 1.5e-3 };
     let study = LimitStudy {
-        scenario: coarse(&of.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law)),
+        scenario: coarse(&of.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &law)),
         arm: RealArm { robot: &of.robot.robot, effects: &[] },
         limits: &[limit],
         passes: 1,
@@ -168,7 +168,7 @@ fn the_edge_of_what_keeps_the_requirements_is_between_runs_that_do_and_do_not() 
     let (of, law) = (Fixtures::of("coupon"), cell::law("seam-tracking"));
     let cell = of.cell(&[]);
     let free = LimitStudy {
-        scenario: coarse(&of.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law)),
+        scenario: coarse(&of.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &law)),
         limits: &[],
         ..study
     };

@@ -167,7 +167,7 @@ impl Recorder<'_> {
                 program: WeldProgram::Weld,
                 control: &laboratory.control,
                 sensors: &laboratory.sensors,
-                controller: ControllerKind::External,
+                controller: ControllerKind::EXTERNAL,
                 law: &Entry::of::<Uncompensated>(),
                 integrator: Integrator::LinearlyImplicit,
                 plant_step: WELD_STEP,

@@ -7,21 +7,6 @@ use trueweld_plant::cell::Cell;
 use trueweld_plant::input::Process;
 use trueweld_plant::seam::Seam;
 
-/// What a cell has in which nothing is welded: no force whatever the tool does.
-const NO_PROCESS: Process = Process {
-    depth_stiffness: 0.0,
-    depth_damping: 0.0,
-    feed_drag: 0.0,
-    lateral_damping: 0.0,
-    lateral_stiffness: 0.0,
-    memory_length: 1.0,
-    lateral_ratio: 0.0,
-    reference_force: 1.0,
-    spindle: 0.0,
-    pin_diameter: 0.0,
-    ripple: Vec::new(),
-};
-
 /// The true cell of one campaign.
 #[derive(Debug)]
 pub(crate) struct Truth<'a> {
@@ -42,7 +27,7 @@ impl Truth<'_> {
         let mut effects = recipe.effects.clone();
         effects.extend(recipe.miscalibrations(log));
         let planned = self.laboratory.process.clone();
-        let process = Process { spindle, ..planned.unwrap_or(NO_PROCESS) };
+        let process = Process { spindle, ..planned.unwrap_or_else(Process::none) };
         let mut cell = Cell::new(&self.laboratory.robot.robot, &effects, &process, seam)?;
         if let Some(foreign) = &recipe.out_of_library {
             foreign.install(&mut cell)?;

@@ -155,7 +155,7 @@ fn static_and_weld_logs_read_as_written() {
 
     let log = parse(&weld_toml(), WELD).unwrap();
     assert_eq!(log.weld.unwrap().force, 18_000.0);
-    assert_eq!(log.process.unwrap().memory_length, 0.008);
+    assert_eq!(log.process.unwrap().model.memory_length(), 0.008);
     assert_eq!(log.samples.spindle.unwrap(), [62.8, 62.9]);
     assert_eq!(log.samples.moment.unwrap()[1], Vector3::new(0.7, 7.0, -2.0));
 }

@@ -43,7 +43,7 @@ fn benches(criterion: &mut Criterion) {
             program: WeldProgram::Weld,
             control: &control,
             sensors: &sensors,
-            controller: ControllerKind::External,
+            controller: ControllerKind::EXTERNAL,
             law: &Entry::of::<Elastostatic<f64>>(),
             integrator,
             plant_step,

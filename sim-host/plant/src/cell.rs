@@ -6,8 +6,8 @@
 
 use crate::effects::{Effect, EffectError};
 use crate::input::Process;
-use crate::process::{Reaction, reaction};
-use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES};
+use crate::process::{Reaction, behind};
+use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES, TooManyStates};
 use crate::seam::Seam;
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
 use trueweld_core::ldlt::Ldlt;
@@ -21,6 +21,9 @@ const FRAME_TOLERANCE: f64 = 1e-5;
 
 /// Length of the state vector.
 pub const STATES: usize = 26 + INTERNAL_STATES;
+
+/// Where in the state a process keeps its trail.
+const TRAIL: usize = STATES - 1;
 
 /// What a cell's state holds, or how fast it changes.
 pub type StateVector = SVector<f64, STATES>;
@@ -60,6 +63,12 @@ impl State {
     /// States that effects keep.
     pub fn internal(&self) -> &[f64] {
         &self.0.as_slice()[26..]
+    }
+
+    /// Path position x_m of what the tool left behind, m: of a process that keeps it, in the last
+    /// of the effects' places.
+    fn trail(&self) -> f64 {
+        self.0[TRAIL]
     }
 }
 
@@ -128,7 +137,20 @@ impl Cell {
     ) -> Result<Self, EffectError> {
         let mut process = process.clone();
         let robot = ElasticRobot::with_effects(model, effects, Some(&mut process))?;
+        if process.keeps_trail() && robot.ports.memories() == INTERNAL_STATES {
+            return Err(TooManyStates.into());
+        }
         Ok(Self { robot, process, seam: seam.into() })
+    }
+
+    /// Everything at rest at these angles, with what the tool leaves behind where it stands.
+    pub(crate) fn at_rest(&self, link: &JointVector<f64>, motor: &JointVector<f64>) -> State {
+        let position = self.robot.model.forward_kinematics(link).position;
+        let mut state = State::at_rest(link, motor, self.seam.across(&position));
+        if self.process.keeps_trail() {
+            state.0[TRAIL] = self.seam.place(&position).position.x;
+        }
+        state
     }
 
     /// Frames of the real arm and the process' reaction on its tool.
@@ -137,13 +159,13 @@ impl Cell {
         let react = |frames: Frames<f64>| {
             let placed = self.seam.place(&frames.tcp.position);
             let velocity = placed.axes.transpose() * frames.twist(&drives.link_rate).linear;
-            let reaction = reaction(
+            let trail = self.process.keeps_trail().then(|| state.trail());
+            let reaction = behind(
                 &self.process,
                 &self.robot.ports,
                 time,
-                &placed.position,
-                &velocity,
-                state.channel(),
+                (&placed.position, &velocity),
+                (state.channel(), trail),
                 state.spindle_angle(),
             );
             Contact { frames, reaction, axes: placed.axes }
@@ -243,6 +265,9 @@ impl Cell {
         rates[24] = reaction.channel_rate;
         rates[25] = self.process.spindle;
         self.robot.internal_rates(drives, state.internal(), &mut rates.as_mut_slice()[26..]);
+        if self.process.keeps_trail() {
+            rates[TRAIL] = reaction.trail_rate;
+        }
         (rates, friction_slope)
     }
 

@@ -4,7 +4,8 @@
 //! Layers, bottom up: [`input`] reads and checks files; [`effects`] are terms at named ports;
 //! [`robot`] is the elastic robot (2.1) with its ports, [`process`] the force of the material;
 //! [`path`] and [`seam`] are where it welds; [`cell`] joins them to one system of differential equations; [`integrate`] solves it in time or
-//! at rest; [`sensors`] read it; [`simulate`] runs it under a controller and a law.
+//! at rest; [`sensors`] read it; [`controllers`] drive it;
+//! [`simulate`] runs it under a controller and a law.
 //!
 //! ```
 //! use trueweld_plant::cell::Cell;
@@ -32,7 +33,7 @@
 //!     program: WeldProgram::ForceStep { height: 11e3, hold: 0.5, length: 0.5 },
 //!     control: &control,
 //!     sensors: &sensors,
-//!     controller: ControllerKind::External,
+//!     controller: ControllerKind::EXTERNAL,
 //!     law: &trueweld_compensators::find("none").expect("a law of the table"),
 //!     integrator: Integrator::LinearlyImplicit,
 //!     plant_step: 1e-3,
@@ -46,6 +47,7 @@
 //! ```
 
 pub mod cell;
+pub mod controllers;
 pub mod effects;
 pub mod input;
 pub mod integrate;

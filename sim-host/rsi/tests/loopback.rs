@@ -57,7 +57,7 @@ impl Files {
     /// Calls `with` with the scenario under these gains.
     fn scenario<R>(&self, control: &Control, with: impl FnOnce(&Scenario<'_>) -> R) -> R {
         let (cell, law) = (self.of.cell(&[]), cell::law(self.law));
-        let scenario = self.of.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law);
+        let scenario = self.of.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &law);
         with(&Scenario { control, ..scenario })
     }
 

@@ -208,7 +208,7 @@ impl CellFiles {
     pub fn read_weld(&self, weld_file: Option<&Path>) -> Result<WeldingCell> {
         let inputs = self.read_anywhere(weld_file)?;
         check_reach(&inputs.controller_model, &inputs.weld)
-            .map_err(|error| inputs.failed(ControllerKind::External, &error))?;
+            .map_err(|error| inputs.failed(ControllerKind::EXTERNAL, &error))?;
         Ok(inputs)
     }
 
@@ -482,6 +482,18 @@ impl WeldingCell {
             files: self.files.clone(),
             ..of_program(command)
         }
+    }
+
+    /// That the process bears a push, which the force loop of a command holds. `command`: what it is.
+    ///
+    /// # Errors
+    /// A process that bears none.
+    pub fn must_bear_push(&self, command: &str) -> Result<()> {
+        if self.planned.bears_push() {
+            return Ok(());
+        }
+        let process = self.planned.kind().name;
+        Err(miette!("{command} is of a process that bears a push, and {process} bears none"))
     }
 
     /// What to say of a run that did not come to its end.

@@ -31,7 +31,7 @@ pub fn certify(cells: &[WeldingCell], law: Entry) -> CertifyOptions<'_> {
     CertifyOptions {
         cells,
         law,
-        controller: ControllerKind::External,
+        controller: ControllerKind::EXTERNAL,
         requirements: None,
         trials: 100,
         failure_probability: None,
@@ -179,6 +179,9 @@ impl<'a> CertifyOptions<'a> {
         let first =
             self.cells.first().ok_or_else(|| miette!("no weld to certify; expected one"))?;
         self.check_names()?;
+        for cell in self.cells {
+            cell.must_bear_push("certify")?;
+        }
         let requirements = match self.requirements.take() {
             Some(requirements) => requirements,
             None => RequirementsFile::read(None)?,

@@ -80,7 +80,8 @@ impl<'a> DiagnoseOptions<'a> {
         let stage = |from: f64, part: f64| {
             move |what: &str, share: f64| progress(WorkProgress::At(what, from + part * share))
         };
-        let diagnosed = trueweld_diagnose::diagnose(problem, logs, &stage(0.0, 0.7)).into_diagnostic()?;
+        let diagnosed =
+            trueweld_diagnose::diagnose(problem, logs, &stage(0.0, 0.7)).into_diagnostic()?;
         let (diagnosed, discovered) = discover(problem, logs, diagnosed, &stage(0.7, 0.15));
         let mut explanation = explain(problem, logs, &diagnosed, &stage(0.85, 0.15));
         if let Some(discovery) = discovered.first() {

@@ -25,7 +25,7 @@ use trueweld_plant::simulate::{
 pub fn simulate(cell: &WeldingCell) -> SimulateOptions<'_> {
     SimulateOptions {
         cell,
-        controller: ControllerKind::External,
+        controller: ControllerKind::EXTERNAL,
         laws: Vec::new(),
         passes: 1,
         plant_step: PLANT_STEP,

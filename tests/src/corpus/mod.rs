@@ -219,7 +219,11 @@ pub fn examine(case: &CorpusCase) -> Result<Judged, CorpusError> {
         Some(fit_calibrations(&ready.problem, &fit::blocks_of(&ready.problem))?)
     };
     Ok(Judged {
-        scores: [null, after, with_the_truth.as_ref().map_or(null, trueweld_diagnose::held_out_score)],
+        scores: [
+            null,
+            after,
+            with_the_truth.as_ref().map_or(null, trueweld_diagnose::held_out_score),
+        ],
         truth_cost: with_the_truth.map(|fitted| fitted.cost),
         discovered: discovered.map(|law| DiscoveredLaw::of(law, &hidden)),
         ..judged

@@ -6,7 +6,7 @@
 pub(crate) mod certificate;
 
 use crate::inputs::{CellArguments, passes};
-use crate::names::{Controller, LawParser};
+use crate::names::{ControllerParser, LawParser};
 use crate::repeat;
 use crate::results::{Results, check_new_folder, check_outputs, check_targets, write};
 use clap::{Args, value_parser};
@@ -17,6 +17,7 @@ use trueweld::{
 };
 use trueweld_compensators::Entry;
 use trueweld_output::{CertifyReport, Report, write_file};
+use trueweld_plant::controllers::ControllerKind;
 
 /// Arguments of `certify`.
 #[derive(Args)]
@@ -47,8 +48,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N")]
     draws: Option<u64>,
     /// Hybrid force/position controller
-    #[arg(long, value_enum, default_value_t = Controller::External)]
-    controller: Controller,
+    #[arg(long, value_parser = ControllerParser, default_value = ControllerKind::default().name())]
+    controller: ControllerKind,
     #[command(flatten)]
     cell: CellArguments,
     /// Evidence folder
@@ -95,7 +96,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     // Everything is read and judged usable before the first run.
     let cells = cells(arguments)?;
     let prepared = certify(&cells, arguments.compensator.clone())
-        .controller(arguments.controller.controller())
+        .controller(arguments.controller)
         .requirements(requirements)
         .trials(arguments.trials)
         .failure_probability(arguments.failure_probability)

@@ -2,7 +2,7 @@
 
 use super::grid::GridArgument;
 use crate::inputs::CellArguments;
-use crate::names::{Controller, LawParser};
+use crate::names::{ControllerParser, LawParser};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{Result, miette};
@@ -15,6 +15,7 @@ use trueweld_evaluate::study::{
     Workpiece, as_filed, confirm, numbers, pareto, way_figure,
 };
 use trueweld_output::{StudyLayoutReport, out_of_reach_in_words};
+use trueweld_plant::controllers::ControllerKind;
 use trueweld_plant::simulate::{Scenario, WeldProgram};
 
 /// Arguments of `study layout`.
@@ -61,8 +62,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "LAW", value_parser = LawParser)]
     compensator: Option<Entry>,
     /// Hybrid force/position controller
-    #[arg(long, value_enum, default_value_t = Controller::External)]
-    controller: Controller,
+    #[arg(long, value_parser = ControllerParser, default_value = ControllerKind::default().name())]
+    controller: ControllerKind,
     #[command(flatten)]
     results: RecordedResults,
 }
@@ -89,9 +90,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         .map(|f| arguments.cell.files().read_anywhere(f))
         .collect::<Result<Vec<WeldingCell>>>()?;
     let first = &inputs[0];
+    first.must_bear_push("study")?;
     let part = Workpiece::new(inputs.iter().map(|inputs| inputs.weld.clone()).collect());
     let family = arguments.family(&part)?;
-    let mut allowed = Allowance::usual(first.planned.pin_diameter);
+    let mut allowed = Allowance::usual(2.0 * first.planned.model.lateral_tolerance());
     for text in &arguments.allow {
         allow(text, &mut allowed)?;
     }
@@ -113,7 +115,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if law.name() != laws[0].name() {
         laws.push(law);
     }
-    let controller = arguments.controller.controller();
+    let controller = arguments.controller;
     let scenario = Scenario {
         plant_step: PLANT_STEP,
         ..first.scenario(WeldProgram::Weld, controller, &laws[0])

@@ -2,7 +2,7 @@
 
 use super::grid::GridArgument;
 use crate::inputs::{WeldArguments, passes};
-use crate::names::{Controller, LawParser};
+use crate::names::{ControllerParser, LawParser};
 use crate::results::{Results, check_outputs, check_targets};
 use clap::{Args, ValueEnum};
 use miette::{Result, miette};
@@ -17,6 +17,7 @@ use trueweld_evaluate::study::{
 };
 use trueweld_evaluate::{Limit, Requirements};
 use trueweld_output::{LimitsAt, StudyLimitsReport};
+use trueweld_plant::controllers::ControllerKind;
 use trueweld_plant::simulate::{Scenario, Seam, WeldProgram};
 
 /// Arguments of `study limits`.
@@ -28,8 +29,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "LAW", value_parser = LawParser, default_value = "seam-tracking")]
     compensator: Entry,
     /// Hybrid force/position controller
-    #[arg(long, value_enum, default_value_t = Controller::External)]
-    controller: Controller,
+    #[arg(long, value_parser = ControllerParser, default_value = ControllerKind::default().name())]
+    controller: ControllerKind,
     /// Requirements, whose [limits] are to be kept (default: those of the lap weld)
     #[arg(long, value_name = "F")]
     requirements: Option<PathBuf>,
@@ -93,6 +94,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut files = Vec::new();
     let requirements: Requirements = read_input(arguments.requirements.as_deref(), &mut files)?;
     let mut inputs = arguments.files.read()?;
+    inputs.must_bear_push("study")?;
     if let Some(length) = arguments.length {
         if !(length >= SHORTEST && length.is_finite()) {
             return Err(miette!(
@@ -111,7 +113,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let limits: Vec<Limit> = requirements.limits.iter().filter(stated).copied().collect();
     let ranges = arguments.ranges(&inputs.weld)?;
     check_outputs(&results.outputs())?;
-    let (controller, law) = (arguments.controller.controller(), &arguments.compensator);
+    let (controller, law) = (arguments.controller, &arguments.compensator);
     let scenario = Scenario {
         plant_step: STEP_OF_MANY,
         ..inputs.scenario(WeldProgram::Weld, controller, law)

@@ -60,7 +60,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     // A weld moved along x, and where the arm reaches it.
     let moved = both.iter().map(|inputs| {
         let weld = centred(&inputs.weld, LENGTH);
-        let scenario = inputs.scenario(WeldProgram::Weld, ControllerKind::External, &none);
+        let scenario = inputs.scenario(WeldProgram::Weld, ControllerKind::EXTERNAL, &none);
         let distances = reachable(&scenario, &weld, RANGE, STEP);
         (weld, distances)
     });
@@ -75,20 +75,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let count = |more: usize| {
         progress.advance_to((done.fetch_add(more, Ordering::Relaxed) + more) as f64);
     };
-    let steps = ControllerKind::ALL
+    let steps = ControllerKind::required()
         .par_iter()
         .map(|controller| scenario(first, step, *controller))
         .collect::<Result<Vec<Recording>>>()?;
     count(3);
     let welds = both
         .par_iter()
-        .map(|inputs| scenario(inputs, WeldProgram::Weld, ControllerKind::External))
+        .map(|inputs| scenario(inputs, WeldProgram::Weld, ControllerKind::EXTERNAL))
         .collect::<Result<Vec<Recording>>>()?;
     count(4);
     let [vertical, inclined] = [0, 1].map(|k| {
         let inputs = &both[k];
         let arm = RealArm { robot: &inputs.robot.robot, effects: &inputs.effects };
-        let scenario = inputs.scenario(WeldProgram::Weld, ControllerKind::External, &none);
+        let scenario = inputs.scenario(WeldProgram::Weld, ControllerKind::EXTERNAL, &none);
         envelopes(&scenario, &arm, &moved[k], &distances[k], || count(1))
     });
     progress.finish();
@@ -110,7 +110,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         .collect();
     let of = |inputs: &WeldingCell| {
         let mut simulation =
-            inputs.simulation(&ControllerKind::ALL, slice::from_ref(&none), 1, PLANT_STEP);
+            inputs.simulation(&ControllerKind::required(), slice::from_ref(&none), 1, PLANT_STEP);
         simulation.force_step_n = Some(HEIGHT);
         inputs.provenance("study paper", simulation)
     };

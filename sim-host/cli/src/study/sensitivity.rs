@@ -5,7 +5,7 @@
 
 use super::sweep::{Sweep, SweepFolder};
 use crate::inputs::WeldArguments;
-use crate::names::{Controller, LawParser};
+use crate::names::{ControllerParser, LawParser};
 use crate::results::{Results, check_outputs, check_targets};
 use clap::{Args, value_parser};
 use miette::{Result, miette};
@@ -16,6 +16,7 @@ use trueweld_compensators::Entry;
 use trueweld_evaluate::Requirements;
 use trueweld_evaluate::study::{Input, SensitivityStudy, StudyRun, shortened};
 use trueweld_output::StudySensitivityReport;
+use trueweld_plant::controllers::ControllerKind;
 use trueweld_plant::simulate::{Scenario, Seam, WeldProgram};
 
 /// Arguments of `study sensitivity`.
@@ -27,8 +28,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "LAW", value_parser = LawParser, default_value = "none")]
     compensator: Entry,
     /// Hybrid force/position controller
-    #[arg(long, value_enum, default_value_t = Controller::External)]
-    controller: Controller,
+    #[arg(long, value_parser = ControllerParser, default_value = ControllerKind::default().name())]
+    controller: ControllerKind,
     /// Requirements, which say what is uncertain (default: those of the lap weld)
     #[arg(long, value_name = "F")]
     requirements: Option<PathBuf>,
@@ -71,6 +72,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut files = Vec::new();
     let requirements: Requirements = read_input(arguments.requirements.as_deref(), &mut files)?;
     let mut inputs = arguments.files.read()?;
+    inputs.must_bear_push("study")?;
     inputs.weld = shortened(&inputs.weld, length);
     let length = Seam::of(&inputs.weld).length;
     if WeldProgram::Weld.steady(&inputs.weld, &Seam::of(&inputs.weld)).is_none() {
@@ -87,7 +89,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             "the requirements call nothing uncertain; expected something that figures could follow from"
         ));
     }
-    let (controller, law) = (arguments.controller.controller(), &arguments.compensator);
+    let (controller, law) = (arguments.controller, &arguments.compensator);
     let scenario = Scenario {
         plant_step: STEP_OF_MANY,
         ..inputs.scenario(WeldProgram::Weld, controller, law)

@@ -483,7 +483,7 @@ fn weld(
         // Push first, then the feed, both rising evenly: a record begins in firm contact.
         let rise = (0.2 + 0.8 * time / weld.force_ramp).min(1.0);
         let rate = weld.feed * (time / weld.feed_ramp).min(1.0);
-        let depth = weld.force * rise / process.depth_stiffness;
+        let depth = process.depth_under(weld.force * rise);
         let along = Vector3::new(path, 0.0, depth);
         let angle = process.spindle * time;
         let f = reaction(&process, &none, time, &along, &Vector3::new(rate, 0.0, 0.0), 0.0, angle)

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, LN_2};
 use trueweld_plant::effects::{
     Action, Effect, EffectKind, Location, LocationKind, Parameter, Role,
 };
-use trueweld_plant::input::{ModelFile, Process, Ripple};
+use trueweld_plant::input::{ModelFile, Ripple};
 
 /// Step of a logarithm in a fit, and how far it goes within one pass.
 const LOGARITHM_STEP: f64 = 0.05;
@@ -74,25 +74,25 @@ pub(crate) static JOINT_DAMPING: Coordinate = number(
 );
 
 macro_rules! of_process {
-    ($($key:literal, $unit:literal, $field:ident;)*) => {
+    ($($key:literal, $unit:literal;)*) => {
         [$(number(
             LocationKind::Cell,
             $key,
             $unit,
-            Action::Process(|process, v| process.$field *= v[0].exp()),
+            Action::Process(|process, v| process.scale($key, v[0].exp())),
         )),*]
     };
 }
 
 /// Numbers of the process but for its ripple.
 pub(crate) static PROCESS_COORDINATES: [Coordinate; 7] = of_process! {
-    "depth_stiffness_n_m", "N/m", depth_stiffness;
-    "depth_damping_ns_m", "N·s/m", depth_damping;
-    "feed_drag_ns_m", "N·s/m", feed_drag;
-    "lateral_damping_ns_m", "N·s/m", lateral_damping;
-    "lateral_stiffness_n_m", "N/m", lateral_stiffness;
-    "memory_length_m", "m", memory_length;
-    "lateral_ratio", "1", lateral_ratio;
+    "depth_stiffness_n_m", "N/m";
+    "depth_damping_ns_m", "N·s/m";
+    "feed_drag_ns_m", "N·s/m";
+    "lateral_damping_ns_m", "N·s/m";
+    "lateral_stiffness_n_m", "N/m";
+    "memory_length_m", "m";
+    "lateral_ratio", "1";
 };
 
 const fn part(name: &'static str, action: Action) -> Coordinate {
@@ -165,15 +165,9 @@ impl FreeCoordinate {
         match self.at {
             Location::Joint(j) if std::ptr::eq(self.coordinate, &STIFFNESS) => joints[j].stiffness,
             Location::Joint(j) => joints[j].damping,
-            _ => model.process.as_ref().map_or(f64::NAN, |p| of_process(p, self.coordinate.name)),
+            _ => model.process.as_ref().map_or(f64::NAN, |p| p.number(self.coordinate.name)),
         }
     }
-}
-
-fn of_process(process: &Process, name: &str) -> f64 {
-    let mut process = process.clone();
-    let number = Process::NUMBERS.iter().find(|(key, _)| *key == name);
-    number.and_then(|(_, of)| of(&mut process).first().map(|v| **v)).unwrap_or(f64::NAN)
 }
 
 /// True for a calibration whose place a coordinate takes: it may be a little off only, and these

@@ -19,6 +19,12 @@ pub enum IdentifyError {
         /// Kinds of the logs given.
         given: String,
     },
+    /// A process whose numbers no log tells.
+    #[error("no log tells the numbers of {process}: expected a process that bears a push")]
+    OtherProcess {
+        /// The process.
+        process: &'static str,
+    },
     /// Nothing says which process is welded.
     #[error("the model names no process: expected `process = \"…\"` in the model file, as a start")]
     NoProcess,

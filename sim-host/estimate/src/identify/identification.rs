@@ -2,7 +2,7 @@
 //! whether the model fits.
 
 use crate::fit::{chi_square, count};
-use crate::identify::coordinates::{FreeCoordinate, JOINT_DAMPING, STIFFNESS};
+use crate::identify::coordinates::{FreeCoordinate, JOINT_DAMPING, PROCESS_COORDINATES, STIFFNESS};
 use crate::identify::curve::{StiffnessCurve, curves};
 use crate::identify::error::IdentifyError;
 use crate::identify::fit::{IdentificationFit, converge};
@@ -110,8 +110,9 @@ pub fn identify(
             joints(&STIFFNESS, false).chain(joints(&JOINT_DAMPING, true)).collect()
         }
         IdentificationTarget::Process => {
-            if model.process.is_none() {
-                return Err(IdentifyError::NoProcess);
+            let process = model.process.as_ref().ok_or(IdentifyError::NoProcess)?.kind();
+            if PROCESS_COORDINATES.iter().any(|of| !process.keys.contains(&of.name)) {
+                return Err(IdentifyError::OtherProcess { process: process.name });
             }
             orders = process::orders(&experiments(&used, &baseline(model))?);
             if orders.is_empty() {

@@ -111,7 +111,7 @@ impl Across {
     /// Of the later half of the rows that pressed; `None` where no force was recorded.
     fn of(log: &Log, rows: &[LogRow], robot: &Robot<f64>, process: &Process) -> Option<Self> {
         log.samples.force.as_ref()?;
-        let weld = log.weld.as_ref()?;
+        let weld = log.weld.as_ref().filter(|weld| weld.force > 0.0)?;
         let seam = Seam::of(weld);
         // Path and channel behind the tool, m.
         let mut behind: Option<[f64; 2]> = None;
@@ -128,14 +128,15 @@ impl Across {
             let placed = seam.place(&row.position.unwrap_or(tool.position));
             let [path, across] = [placed.position.x, placed.position.y];
             let channel = behind.map_or(across, |[before, channel]| {
-                let left = (-(path - before).abs() / process.memory_length).exp();
+                let left = (-(path - before).abs() / process.model.memory_length()).exp();
                 across + (channel - across) * left
             });
             behind = Some([path, channel]);
             if push > PRESSES * weld.force {
                 let measured = placed.axes.tr_mul(&(tool.rotation * row.wrench.force)).y;
-                let firmness = push / process.reference_force;
-                let by_channel = process.lateral_stiffness * (channel - across) * firmness;
+                let reference = process.model.reference_force();
+                let stiffness = process.model.channel_stiffness(reference);
+                let by_channel = stiffness * (channel - across) * (push / reference);
                 let side = planned(process, push, weld.feed).y;
                 firm.push([measured, by_channel, side]);
             }

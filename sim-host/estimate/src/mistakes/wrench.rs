@@ -209,7 +209,9 @@ struct Pressing {
 impl Pressing {
     fn of(log: &Log, rows: &[LogRow], robot: &Robot<f64>) -> Option<Self> {
         log.samples.force.as_ref()?;
-        let seam = Seam::of(log.weld.as_ref()?);
+        // Without a push that was asked for, none tells.
+        let weld = log.weld.as_ref().filter(|weld| weld.force > 0.0)?;
+        let seam = Seam::of(weld);
         let mut rows: Vec<&LogRow> = rows.iter().collect();
         rows.sort_by(|a, b| b.wrench.force.z.abs().total_cmp(&a.wrench.force.z.abs()));
         rows.truncate(rows.len().div_ceil(2));

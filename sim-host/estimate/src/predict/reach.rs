@@ -24,7 +24,7 @@ impl PreparedLog {
         let joint = if let Location::Joint(joint) = effect.at { Some(joint) } else { None };
         match (effect.kind.action, effect.port()) {
             (Action::Process(_), _) | (_, Some(Port::ProcessForce | Port::PlateSurface)) => {
-                self.contact.is_some()
+                self.contact.as_ref().is_some_and(|contact| contact.has(effect))
             }
             (Action::Mounting(_), _) => self.measures(Channel::Tracker, None),
             (_, Some(Port::MotorFriction(_))) => self.measures(Channel::MotorTorque, None),

@@ -102,7 +102,6 @@ impl WeldPlan {
     pub fn of(weld: &Weld, process: &Process) -> Self {
         let feeds = || weld.feeds.iter().map(|(_, feed)| *feed).chain([weld.feed]);
         let feed = [feeds().fold(f64::INFINITY, f64::min), feeds().fold(0.0, f64::max)];
-        let drag = process.feed_drag * feed[1] * weld.force / process.reference_force;
         let length = weld.path.as_ref().map_or((weld.end - weld.start).norm(), |p| p.length());
         Self {
             length: length + weld.run_out,
@@ -111,8 +110,8 @@ impl WeldPlan {
             depth: weld.initial_depth,
             lean: weld.lean,
             spindle: process.spindle,
-            pin: process.pin_diameter,
-            drag: [drag, process.lateral_ratio * drag],
+            pin: process.model.tool_diameter(),
+            drag: process.model.planned_drag(process.spindle, weld.force, feed[1]),
         }
     }
 }

@@ -60,7 +60,7 @@ impl NominalCell<'_> {
         at: &OperatingPoint,
     ) -> Result<Vec<Margins>, RunError> {
         let values = self.uncertain.values(&draw.latents);
-        let mut process = Process { ripple: Vec::new(), ..draw.process(scenario.planned) };
+        let mut process = draw.process(scenario.planned).even();
         self.uncertain.change_process(&values, scenario.planned, &mut process);
         let cell = self.build(draw, &process, scenario.weld)?;
         let mut sensors = draw.sensors(scenario.sensors, scenario.control.period);
@@ -146,14 +146,10 @@ impl SampledCell {
 
     /// The process of this cell.
     fn process(&self, nominal: &Process) -> Process {
-        let [depth, drag, damping, stiffness, ratio] = self.process;
         let mut process = nominal.clone();
-        process.depth_stiffness *= depth;
-        process.depth_damping *= depth;
-        process.feed_drag *= drag;
-        process.lateral_damping *= damping;
-        process.lateral_stiffness *= stiffness;
-        process.lateral_ratio *= ratio;
+        for (key, factor) in process.kind().drawn {
+            process.scale(key, self.process[*factor]);
+        }
         for line in &mut process.ripple {
             line.axial *= self.ripple[0];
             line.in_plane *= self.ripple[0];

@@ -150,7 +150,7 @@ impl Certification<'_> {
         };
         let scenario = &self.scenario;
         // `weld` judges across the seam and in depth by half the pin.
-        let half_pin = 0.5 * scenario.planned.pin_diameter;
+        let half_pin = scenario.planned.model.lateral_tolerance();
         for (key, limit) in [("lateral_max_m", asked.lateral), ("depth_max_m", asked.depth)] {
             if limit > half_pin * (1.0 + 1e-9) {
                 return Err(FaultsRefused::NoLimit { key, limit, half_pin });

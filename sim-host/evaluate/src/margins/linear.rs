@@ -83,7 +83,7 @@ pub(crate) fn operating_point(
     let SeamPosition { position: beside, axes: w } = cell.seam.place(&nominal.position);
     let deep = Twist {
         angular: Vector3::zeros(),
-        linear: w.column(2) * (push / cell.process.depth_stiffness - beside.z),
+        linear: w.column(2) * (cell.process.depth_under(push) - beside.z),
     };
     let pose = nominal.displaced(&deep);
     let link = real_inverse_near(&cell.robot.model, planned, &pose, near).ok()?;

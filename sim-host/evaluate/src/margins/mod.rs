@@ -256,7 +256,10 @@ impl Margins {
 impl Frozen<'_> {
     fn passivity(&self) -> Passivity {
         let Scenario { cell, control, controller, .. } = self.scenario;
-        let gains = controller.joint_gains(control);
+        // The loop that is frozen here was built from them.
+        let Some(gains) = controller.joint_gains(control) else {
+            return Passivity { needed_ns_m: f64::NAN, there_ns_m: f64::NAN };
+        };
         let model = &cell.robot.model;
         let frames = model.frames(&self.linear.point.drives().link);
         let axis = Seam::of(self.scenario.weld).axes(self.at.path).column(2).into_owned();

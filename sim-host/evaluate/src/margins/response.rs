@@ -237,7 +237,7 @@ impl Frozen<'_> {
         let added = Shared::new([0.0; LOOP_CHANNELS]);
         let mut law = self.scenario.build_law()?;
         law.freeze();
-        let opened = Opened { controller: self.scenario.controller.build(control), added: &added };
+        let opened = Opened { controller: self.scenario.build_controller()?, added: &added };
         let sensors = steady(self.scenario.sensors);
         let scenario = Scenario { sensors: &sensors, fault: None, ..*self.scenario };
         let target = |path| ProgramTarget { phase: Phase::Steady, path, feed, force: Some(push) };

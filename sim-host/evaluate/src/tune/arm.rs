@@ -126,7 +126,7 @@ pub(super) fn closed_form(
                 kp: ki * period,
                 ki,
                 kd: 0.0,
-                material_stiffness: scenario.planned.depth_stiffness,
+                material_stiffness: scenario.planned.model.depth_stiffness(),
                 tuned_stiffness: start.stiffness_n_m,
                 max_correction: depth,
                 max_rate: depth,
@@ -141,6 +141,7 @@ pub(super) fn closed_form(
                 size: 0.2 * translation,
             },
         },
+        others: scenario.control.others.clone(),
         laws: BTreeMap::new(),
     }
 }

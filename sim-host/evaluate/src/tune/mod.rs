@@ -157,20 +157,20 @@ pub fn tune(
         closed_form(scenario, &task.response, &arm)
     };
     progress("controllers", 0.0);
-    let found =
-        ControllerKind::ALL.par_iter().map(|controller| judge.search(&control, *controller));
-    for (controller, found) in ControllerKind::ALL.iter().zip(found.collect::<Vec<_>>()) {
+    let all = ControllerKind::required();
+    let found = all.par_iter().map(|controller| judge.search(&control, *controller));
+    for (controller, found) in all.iter().zip(found.collect::<Vec<_>>()) {
         let found = found?;
-        match controller {
-            ControllerKind::Parallel => control.parallel = found.parallel,
-            ControllerKind::Superposed => control.superposed = found.superposed,
-            ControllerKind::External => control.external = found.external,
+        match *controller {
+            ControllerKind::PARALLEL => control.parallel = found.parallel,
+            ControllerKind::SUPERPOSED => control.superposed = found.superposed,
+            _ => control.external = found.external,
         }
     }
     progress("laws", 0.5);
     let control = rounded(&paced_laws(&judge, control, task.laws)?);
     progress("confirmation", 0.8);
-    let controllers = ControllerKind::ALL.par_iter().map(|controller| {
+    let controllers = all.par_iter().map(|controller| {
         let none = Entry::of::<Uncompensated>();
         let step = judge.step(&control, *controller)?;
         Ok(TunedController {
@@ -185,8 +185,8 @@ pub fn tune(
     let laws = task.laws.par_iter().map(|law| {
         Ok(TunedLaw {
             law: law.clone(),
-            margins: judge.rate(&judge.map(&control, ControllerKind::External, law)?),
-            weld: weld(&judge.with(&control, ControllerKind::External, law)),
+            margins: judge.rate(&judge.map(&control, ControllerKind::EXTERNAL, law)?),
+            weld: weld(&judge.with(&control, ControllerKind::EXTERNAL, law)),
         })
     });
     let laws = laws.collect::<Result<_, TuneError>>()?;

@@ -30,7 +30,7 @@ const KNOBS: [Knob; 6] = [
     Knob {
         position: false,
         turn: |control, controller, f| match controller {
-            ControllerKind::External => control.external.force.ki *= f,
+            ControllerKind::EXTERNAL => control.external.force.ki *= f,
             _ => parallel(control, controller).force.ki *= f,
         },
     },
@@ -49,14 +49,14 @@ const KNOBS: [Knob; 6] = [
     Knob {
         position: false,
         turn: |control, controller, f| match controller {
-            ControllerKind::External => control.external.force.kp *= f,
+            ControllerKind::EXTERNAL => control.external.force.kp *= f,
             _ => parallel(control, controller).force.kd *= f,
         },
     },
     Knob {
         position: false,
         turn: |control, controller, f| {
-            if controller != ControllerKind::External {
+            if controller != ControllerKind::EXTERNAL {
                 parallel(control, controller).force.max_rate *= f;
             }
         },
@@ -64,7 +64,7 @@ const KNOBS: [Knob; 6] = [
 ];
 
 fn parallel(control: &mut Control, controller: ControllerKind) -> &mut ParallelGains {
-    if controller == ControllerKind::Superposed {
+    if controller == ControllerKind::SUPERPOSED {
         &mut control.superposed
     } else {
         &mut control.parallel
@@ -73,7 +73,7 @@ fn parallel(control: &mut Control, controller: ControllerKind) -> &mut ParallelG
 
 fn joint(control: &mut Control, controller: ControllerKind) -> &mut JointGains<f64> {
     match controller {
-        ControllerKind::External => &mut control.external.joint,
+        ControllerKind::EXTERNAL => &mut control.external.joint,
         _ => &mut parallel(control, controller).joint,
     }
 }
@@ -308,7 +308,7 @@ impl<'a> Judge<'a> {
         law: &Entry,
         paced: impl Fn(f64) -> Control,
     ) -> Result<Control, TuneError> {
-        let (controller, own) = (ControllerKind::External, rounded(&paced(1.0)));
+        let (controller, own) = (ControllerKind::EXTERNAL, rounded(&paced(1.0)));
         let kept = |map: &[Margins]| self.rate(map).iter().all(Rating::is_met);
         let map = self.map(&own, controller, law)?;
         if kept(&map) {

@@ -7,6 +7,8 @@ use trueweld_plant::effects::{EffectKind, Location, LocationKind, library};
 use trueweld_plant::input::{
     Bounds, InputError, Process, RobotFile, Sensors, TomlTable, did_you_mean, quantity, unit_of,
 };
+use trueweld_plant::process::{process_keys, process_quantity};
+use trueweld_plant::sensors::sensor_numbers;
 
 /// Where the seam really lies, against where it was taught, axes of the taught W about its origin:
 /// m and rad.
@@ -18,9 +20,9 @@ pub(crate) const SEAM_KEYS: [&str; 6] =
 pub(super) enum Subject {
     /// A parameter of an effect, by its index.
     Effect(&'static EffectKind, usize),
-    /// Of [`Process::NUMBERS`], by its index.
-    Process(usize),
-    /// Of [`Sensors::NUMBERS`], by its index.
+    /// Of the process, by its key.
+    Process(&'static str),
+    /// Of [`sensor_numbers`], by its index.
     Sensor(usize),
     /// Of [`SEAM_KEYS`], by its index.
     Seam(usize),
@@ -141,11 +143,12 @@ impl UncertainEntry {
             return Ok((Subject::Effect(kind, parameter), &["effect", "at", "parameter"], name));
         }
         if table.has("process") {
-            let (k, key) = among(table, "process", &Process::NUMBERS.map(|(key, _)| key))?;
-            return Ok((Subject::Process(k), &["process"], key));
+            let (_, key) = among(table, "process", &process_keys())?;
+            return Ok((Subject::Process(key), &["process"], key));
         }
         if table.has("sensor") {
-            let (k, key) = among(table, "sensor", &Sensors::NUMBERS.map(|(key, _)| key))?;
+            let keys: Vec<&'static str> = sensor_numbers().iter().map(|(key, _)| *key).collect();
+            let (k, key) = among(table, "sensor", &keys)?;
             return Ok((Subject::Sensor(k), &["sensor"], key));
         }
         let (k, key) = among(table, "seam", &SEAM_KEYS)?;
@@ -169,7 +172,7 @@ fn among(
 
 /// The row of a key of a file, by its table and key or by its key alone.
 fn quantity_of(key: &str) -> Option<&'static trueweld_plant::input::Quantity> {
-    quantity(key).or_else(|| quantity(key.rsplit('.').next().unwrap_or(key)))
+    process_quantity(key).or_else(|| quantity(key.rsplit('.').next().unwrap_or(key)))
 }
 
 fn is_possible(key: &str, value: f64) -> bool {
@@ -217,12 +220,11 @@ pub(super) fn places(
             let name = |at: Location| (kind.neutral(at).number_name(parameter, robot), at, 0);
             Ok(at.into_iter().map(name).collect())
         }
-        Subject::Process(k) => {
-            let (key, of) = Process::NUMBERS[k];
-            components("process", key, entry.possible(key, of(process))?)
+        Subject::Process(key) => {
+            components("process", key, entry.possible(key, process.numbers(key))?)
         }
         Subject::Sensor(k) => {
-            let (key, of) = Sensors::NUMBERS[k];
+            let (key, of) = sensor_numbers()[k];
             components("sensor", key, entry.possible(key, of(sensors))?)
         }
         Subject::Seam(k) => components("seam", SEAM_KEYS[k], 1),
@@ -234,8 +236,8 @@ impl UncertainEntry {
         match self.subject {
             _ if self.relative => "1",
             Subject::Effect(kind, parameter) => kind.parameters[parameter].unit,
-            Subject::Process(k) => unit_of(Process::NUMBERS[k].0).unwrap_or("1"),
-            Subject::Sensor(k) => unit_of(Sensors::NUMBERS[k].0).unwrap_or("1"),
+            Subject::Process(key) => unit_of(key).unwrap_or("1"),
+            Subject::Sensor(k) => unit_of(sensor_numbers()[k].0).unwrap_or("1"),
             Subject::Seam(k) => unit_of(SEAM_KEYS[k]).unwrap_or("1"),
         }
     }

@@ -26,9 +26,11 @@ use trueweld_plant::effects::{
     Action, Effect, EffectKind, Location, force_crosstalk, library, stiffness_error,
 };
 use trueweld_plant::input::{MeasuredNumber, Posterior, Process, RobotFile, Sensors};
+use trueweld_plant::process::ProcessKind;
 use trueweld_plant::random::Random;
 use trueweld_plant::robot::{Channel, Port};
 use trueweld_plant::seam::Seam;
+use trueweld_plant::sensors::sensor_numbers;
 
 /// What is not known of a cell, in short: half widths of uniform distributions about the nominal
 /// value.
@@ -112,8 +114,8 @@ pub struct UncertainCell {
     pub assumed_stiffness: Vec<String>,
     /// True for a joint whose stiffness was measured.
     measured_stiffness: [bool; JOINTS],
-    /// Of [`Process::NUMBERS`]: those that were measured.
-    measured_process: Vec<usize>,
+    /// Keys of the process' numbers that were measured.
+    measured_process: Vec<&'static str>,
     /// Names of the latents.
     latents: Vec<String>,
     left_out: Vec<String>,
@@ -211,12 +213,11 @@ impl UncertainCell {
             self.replace_short(name, self.short.stiffness);
             self.measured_stiffness[joint] = true;
         }
-        for k in changed {
-            if SHORT_PROCESS.contains(&k) && !self.measured_process.contains(&k) {
-                let name = format!("process {}", Process::NUMBERS[k].0);
-                self.replace_short(name, self.short.process);
+        for key in changed {
+            if process.kind().draws(key) && !self.measured_process.contains(&key) {
+                self.replace_short(format!("process {key}"), self.short.process);
             }
-            self.measured_process.push(k);
+            self.measured_process.push(key);
         }
     }
 
@@ -393,13 +394,13 @@ impl UncertainCell {
     /// effects that they were measured by find them.
     pub(crate) fn change_process(&self, values: &[f64], planned: &Process, process: &mut Process) {
         let mut planned = planned.clone();
-        for (_, of) in self.measured_process.iter().map(|k| Process::NUMBERS[*k]) {
-            let own = of(&mut planned).into_iter().map(|v| *v).collect::<Vec<_>>();
-            of(process).into_iter().zip(own).for_each(|(drawn, own)| *drawn = own);
+        for key in &self.measured_process {
+            let own = planned.numbers(key).into_iter().map(|v| *v).collect::<Vec<_>>();
+            process.numbers(key).into_iter().zip(own).for_each(|(drawn, own)| *drawn = own);
         }
         for (number, value) in self.numbers.iter().zip(values) {
-            if let Subject::Process(k) = number.subject {
-                number.change((Process::NUMBERS[k].1)(process), *value);
+            if let Subject::Process(key) = number.subject {
+                number.change(process.numbers(key), *value);
             }
         }
     }
@@ -407,7 +408,7 @@ impl UncertainCell {
     pub(crate) fn change_sensors(&self, values: &[f64], sensors: &mut Sensors) {
         for (number, value) in self.numbers.iter().zip(values) {
             if let Subject::Sensor(k) = number.subject {
-                number.change((Sensors::NUMBERS[k].1)(sensors), *value);
+                number.change((sensor_numbers()[k].1)(sensors), *value);
             }
         }
     }
@@ -437,16 +438,16 @@ impl UncertainCell {
     }
 
     /// True for a number of the process that is drawn or was measured.
-    fn draws_process(&self, k: usize) -> bool {
-        let of_short = match k {
-            _ if SHORT_PROCESS.contains(&k) => self.short.process > 0.0,
-            11 | 12 => self.short.ripple > 0.0,
-            13 => true,
+    fn draws_process(&self, of: &ProcessKind, key: &'static str) -> bool {
+        let of_short = match key {
+            _ if of.draws(key) => self.short.process > 0.0,
+            "ripple.axial" | "ripple.in_plane" => self.short.ripple > 0.0,
+            "ripple.phase_rad" => true,
             _ => false,
         };
         of_short
-            || self.measured_process.contains(&k)
-            || self.numbers.iter().any(|n| matches!(n.subject, Subject::Process(i) if i == k))
+            || self.measured_process.contains(&key)
+            || self.numbers.iter().any(|n| matches!(n.subject, Subject::Process(is) if is == key))
     }
 
     fn not_drawn(
@@ -455,16 +456,17 @@ impl UncertainCell {
         process: &mut Process,
         sensors: &mut Sensors,
     ) -> Vec<String> {
-        let short = &self.short;
+        let (short, of) = (&self.short, process.kind());
         let mut left = Vec::new();
         for kind in library() {
             if let Action::Process(change) = kind.action {
                 // An effect that is another name for numbers of the process.
-                let mut renamed: Vec<usize> = Vec::new();
+                let mut renamed: Vec<&'static str> = Vec::new();
                 for parameter in 0..kind.parameters.len() {
                     renamed.extend(self::renamed(process, change, kind, parameter));
                 }
-                if !renamed.is_empty() && renamed.into_iter().all(|k| self.draws_process(k)) {
+                if !renamed.is_empty() && renamed.into_iter().all(|key| self.draws_process(of, key))
+                {
                     continue;
                 }
             }
@@ -507,12 +509,12 @@ impl UncertainCell {
                 left.push(what);
             }
         }
-        let keys = Process::NUMBERS.iter().enumerate().filter(|(k, _)| !self.draws_process(*k));
-        left.extend(
-            keys.filter(|(_, (_, of))| !of(process).is_empty())
-                .map(|(_, (key, _))| format!("process {key}")),
-        );
-        for (k, (key, of)) in Sensors::NUMBERS.iter().enumerate() {
+        for key in of.keys.iter().copied().filter(|key| !self.draws_process(of, key)) {
+            if !process.numbers(key).is_empty() {
+                left.push(format!("process {key}"));
+            }
+        }
+        for (k, (key, of)) in sensor_numbers().iter().enumerate() {
             let drawn = |n: &UncertainNumber| matches!(n.subject, Subject::Sensor(i) if i == k);
             let of_short = key.ends_with(".delay_s") && short.delay[1] > 0.0;
             if !of_short && !of(sensors).is_empty() && !self.numbers.iter().any(drawn) {
@@ -532,16 +534,13 @@ impl UncertainCell {
 /// Source of what the short keys draw.
 pub const SHORT_SOURCE: &str = "[uncertainty] of the requirements";
 
-/// Of [`Process::NUMBERS`]: what the short key draws.
-const SHORT_PROCESS: [usize; 6] = [0, 1, 2, 3, 4, 6];
-
-/// Which of [`Process::NUMBERS`] a parameter of an effect changes.
+/// Keys of the process' numbers that a parameter of an effect changes.
 fn renamed(
     process: &mut Process,
     change: fn(&mut Process, &[f64]),
     kind: &EffectKind,
     parameter: usize,
-) -> Vec<usize> {
+) -> Vec<&'static str> {
     let mut changed = process.clone();
     let mut values: Vec<f64> = kind.parameters.iter().map(|p| p.neutral()).collect();
     values[parameter] += 0.01;
@@ -550,10 +549,11 @@ fn renamed(
     if changed.ripple.len() != process.ripple.len() {
         return Vec::new();
     }
-    let of = |p: &mut Process, k: usize| -> Vec<f64> {
-        (Process::NUMBERS[k].1)(p).into_iter().map(|v| *v).collect()
+    let of = |p: &mut Process, key: &str| -> Vec<f64> {
+        p.numbers(key).into_iter().map(|v| *v).collect()
     };
-    (0..Process::NUMBERS.len()).filter(|k| of(&mut changed, *k) != of(process, *k)).collect()
+    let keys = process.kind().keys.iter().copied();
+    keys.filter(|key| of(&mut changed, key) != of(process, key)).collect()
 }
 
 /// Rows of a factor L of the correlation of measured numbers in a cell that is yet to be met, each
@@ -613,13 +613,13 @@ impl UncertainNumber {
 
     /// True for one that was assumed, in place of which a number was measured. `changed`: the
     /// numbers of the process that this one changes.
-    fn is_replaced(&self, by: &MeasuredNumber, changed: &[usize]) -> bool {
+    fn is_replaced(&self, by: &MeasuredNumber, changed: &[&str]) -> bool {
         match self.subject {
             _ if self.is_measured() => false,
             Subject::Effect(kind, parameter) => {
                 std::ptr::eq(kind, by.kind) && (self.at, parameter) == (by.at, by.parameter)
             }
-            Subject::Process(k) => changed.contains(&k),
+            Subject::Process(key) => changed.contains(&key),
             Subject::Sensor(_) | Subject::Seam(_) => false,
         }
     }

@@ -8,6 +8,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use serde::Serialize;
+use std::borrow::Cow;
 
 /// One line of a plot.
 pub(crate) struct PlotLine {
@@ -41,7 +42,7 @@ pub(crate) struct Plot {
     /// Shaded between its two limits, which the y axis then includes.
     pub band: Option<[f64; 2]>,
     /// What the band is.
-    pub band_name: &'static str,
+    pub band_name: Cow<'static, str>,
     /// Limits of y where the lines' own are not wanted.
     pub y_range: Option<[f64; 2]>,
     /// Limits of x where the lines' own are not wanted.

@@ -158,7 +158,7 @@ impl ColumnComparison<'_> {
         let noise = 2.0 * typical_noise(trace) * small.factor;
         let rest = Plot {
             band: Some([-noise, noise]),
-            band_name: "twice the noise",
+            band_name: "twice the noise".into(),
             ..plot(small, differences.collect())
         };
         if wide {

@@ -107,7 +107,7 @@ impl StepReport<'_> {
             y_label: y_label.to_owned(),
             lines,
             band: Some(band),
-            band_name: "±5 % of the step",
+            band_name: "±5 % of the step".into(),
             wide: true,
             ..Plot::default()
         };

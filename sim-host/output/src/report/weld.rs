@@ -7,7 +7,7 @@ use crate::document::{
 };
 use crate::path::{moving, travelled};
 use crate::samples::{self, BlockTable};
-use crate::words::weld::{beyond_half_pin, headline, run_names, setting, speed};
+use crate::words::weld::{beyond_tolerance, headline, run_names, setting, speed};
 use crate::words::{Scale, fixed};
 use crate::{MILLI, WeldReport, WeldRun};
 use trueweld_core::monitor::WATCHED_ORDERS;
@@ -71,8 +71,9 @@ fn table(runs: &[WeldRun], names: &[String]) -> Table {
         });
         rows.push(std::iter::once(words(label)).chain(cells).collect());
     };
-    text("within half the pin?", &|run| {
-        let met = !beyond_half_pin(run);
+    let limit = runs.first().map_or("", |run| run.recording.tolerance_name);
+    text(&format!("within {limit}?"), &|run| {
+        let met = !beyond_tolerance(run);
         let [largest, limit] =
             [run.figures.lateral.max_abs, run.recording.half_pin].map(|v| fixed(v * MILLI, 2));
         (format!("{largest} of ±{limit} mm: {}", if met { "yes" } else { "exceeded" }), !met)
@@ -204,7 +205,7 @@ fn figures(runs: &[WeldRun], names: &[String]) -> Vec<Picture> {
     let positions = runs.iter().map(|run| travelled(&run.recording.rows)).collect();
     let signals = SeamSignals { runs, names, positions };
     let lateral = |row: &RecordRow| row.deviation_w.linear.y * MILLI;
-    let limit = runs[0].recording.half_pin * MILLI;
+    let (limit, name) = (runs[0].recording.half_pin * MILLI, runs[0].recording.tolerance_name);
     let compensated: Vec<usize> =
         (0..runs.len()).filter(|k| runs[*k].recording.compensator != "none").collect();
     let mut push = signals.rippled("push, kN", |row| -row.force_w.z / MILLI);
@@ -212,12 +213,12 @@ fn figures(runs: &[WeldRun], names: &[String]) -> Vec<Picture> {
     push.lines.push(reference("asked for", asked_for));
     let all = Plot {
         band: Some([-limit, limit]),
-        band_name: "within half the pin",
+        band_name: format!("within {name}").into(),
         wide: true,
         ..signals.plot("lateral deviation, mm", signals.of_all(lateral))
     };
     let mut figures =
-        vec![Picture::new(format!("Lateral deviation; half the pin is ±{limit:.1} mm"), all)];
+        vec![Picture::new(format!("Lateral deviation; {name} is ±{limit:.1} mm"), all)];
     if !compensated.is_empty() {
         // Enlarged about the steady part: the transient of the ramp may leave the picture.
         let rows = compensated.iter().flat_map(|k| &runs[*k].recording.rows);

@@ -159,7 +159,8 @@ fn encode(
         let shown = DrawnRun::all(std::iter::once(&recording), &names, beside);
         layout::weld(&mut writer, &shown, exaggeration)?;
         let seam = scene::DrawnSeam::taught(&seam);
-        scene::surroundings(&mut writer, &seam, recording.half_pin, exaggeration)?;
+        let limit = (recording.half_pin, recording.tolerance_name);
+        scene::surroundings(&mut writer, &seam, limit, exaggeration)?;
     }
     while is_open {
         let from = recording.rows.len();

@@ -121,17 +121,18 @@ pub(super) fn cell<W: Write>(
     let Some(seam) = DrawnSeam::of(&first.recording.rows) else {
         return Ok(());
     };
-    surroundings(writer, &seam, first.recording.half_pin, exaggeration)?;
+    let of = first.recording;
+    surroundings(writer, &seam, (of.half_pin, of.tolerance_name), exaggeration)?;
     let words = TextDocument::new(about(runs, shown, exaggeration));
     writer.fixed(Store::Recording, "/about", &words.with_media_type(MediaType::MARKDOWN))?;
     half_pin(writer, first)
 }
 
-/// Plate, seam, and the limits of lateral deviation beside it. `half_pin`: m.
+/// Plate, seam, and the limits of lateral deviation beside it, m and in words.
 pub(super) fn surroundings<W: Write>(
     writer: &mut Writer<W>,
     seam: &DrawnSeam,
-    half_pin: f64,
+    (half_pin, name): (f64, &str),
     exaggeration: f64,
 ) -> Result<(), RecordError> {
     let mut fixed =
@@ -146,7 +147,7 @@ pub(super) fn surroundings<W: Write>(
     let limits = LineStrips3D::new([limit, -limit].map(|across| seam.line(across, 0.0)))
         .with_radii([0.003])
         .with_colors([signals::rgb(LIMIT)])
-        .with_labels([format!("half the pin, ±{:.1} mm", half_pin * MILLI)])
+        .with_labels([format!("{name}, ±{:.1} mm", half_pin * MILLI)])
         .with_show_labels(false);
     fixed("/cell/half_pin", &limits)?;
     let (last, axes) = seam.0[seam.0.len() - 1];
@@ -173,7 +174,7 @@ fn half_pin<W: Write>(writer: &mut Writer<W>, shown: &DrawnRun) -> Result<(), Re
             [0, travelled.last().map_or(0, |far| micrometres(*far))],
         ),
     ];
-    let name = format!("half the pin, ±{limit:.1}");
+    let name = format!("{}, ±{limit:.1}", shown.recording.tolerance_name);
     signals::reference(writer, "/reference/half_pin", &name, LIMIT, times, &[[limit, -limit]; 2])
 }
 

@@ -49,6 +49,14 @@ fn all_different(names: &[String]) -> bool {
     names.iter().enumerate().all(|(i, n)| !names[..i].contains(n))
 }
 
+/// The push that a run was asked for.
+fn push(run: &WeldRun) -> String {
+    match run.recording.force {
+        0.0 => "none, held by position".to_owned(),
+        force => format!("{:.1} kN", 1e-3 * force),
+    }
+}
+
 /// What all runs share: weld, controller, push, seed; "several" where they differ.
 pub(crate) fn setting(runs: &[WeldRun]) -> String {
     fn shared(values: impl Iterator<Item = String>) -> String {
@@ -62,13 +70,13 @@ pub(crate) fn setting(runs: &[WeldRun]) -> String {
         "Weld {}, controller {}, push {}, seed {}. Figures over the steady part (full feed, full push).",
         shared(runs.iter().map(|r| r.recording.weld.clone())),
         shared(runs.iter().map(|r| r.recording.controller.to_owned())),
-        shared(runs.iter().map(|r| format!("{:.1} kN", 1e-3 * r.recording.force))),
+        shared(runs.iter().map(push)),
         shared(runs.iter().map(|r| r.recording.seed.to_string())),
     )
 }
 
 /// Whether a weld misses its seam.
-pub(crate) fn beyond_half_pin(run: &WeldRun) -> bool {
+pub(crate) fn beyond_tolerance(run: &WeldRun) -> bool {
     run.figures.lateral.max_abs >= run.figures.half_pin_m
 }
 
@@ -95,7 +103,9 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
     };
     let parts = runs.iter().map(|run| {
         let beyond = match Scale::small("m").quantity(run.recording.half_pin) {
-            limit if beyond_half_pin(run) => format!(" (beyond half the pin, {limit})"),
+            limit if beyond_tolerance(run) => {
+                format!(" (beyond {}, {limit})", run.recording.tolerance_name)
+            }
             _ => String::new(),
         };
         format!(
@@ -110,15 +120,15 @@ pub(crate) fn headline(runs: &[WeldRun]) -> String {
     );
     let early: Vec<String> = runs
         .iter()
-        .filter(|r| !beyond_half_pin(r) && r.figures.lateral_before_m >= r.recording.half_pin)
+        .filter(|r| !beyond_tolerance(r) && r.figures.lateral_before_m >= r.recording.half_pin)
         .map(|r| format!("{} {}", Scale::small("m").quantity(r.figures.lateral_before_m), who(r)))
         .collect();
     if !early.is_empty() {
-        sentence +=
-            &format!(" Before full feed it is beyond half the pin: {}.", listed(&early, "and"));
+        let limit = runs[0].recording.tolerance_name;
+        sentence += &format!(" Before full feed it is beyond {limit}: {}.", listed(&early, "and"));
     }
     for run in runs {
-        // Beyond half the pin is said above.
+        // Beyond the tolerance is said above.
         let others = run.figures.judged.iter().skip(1).filter(|judged| !judged.met);
         let others: Vec<String> = others.map(missed).collect();
         if !others.is_empty() {

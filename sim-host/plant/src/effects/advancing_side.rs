@@ -6,6 +6,7 @@ use super::curve::{Curve, CurveAxis, ShownQuantity};
 use super::kind::{Action, EffectKind};
 use super::location::{Location, LocationKind};
 use super::parameter::Parameter;
+use crate::process::ProcessPart;
 use crate::robot::{Port, ProcessPoint, Term};
 
 pub(super) static ADVANCING_SIDE_EFFECT: EffectKind = EffectKind {
@@ -21,6 +22,7 @@ pub(super) static ADVANCING_SIDE_EFFECT: EffectKind = EffectKind {
         &[CurveAxis::PushBySpindle],
     ),
     drawn: Some(|d| (Location::Cell, vec![d.size * d.either(0.02, 0.05)])),
+    acts_on: Some(ProcessPart::Push),
     action: Action::Term {
         port: |_| Port::ProcessForce,
         build: |v, _| Box::new(AdvancingSide { ratio: v[0] }),

@@ -6,6 +6,10 @@ use super::curve::{Curve, CurveAxis, SEAM_FORCE};
 use super::kind::{Action, EffectKind};
 use super::location::{Location, LocationKind};
 use super::parameter::Parameter;
+use crate::process::ProcessPart;
+
+/// The number that it changes.
+const FEED_DRAG: &str = "feed_drag_ns_m";
 
 pub(super) static DRAG_ERROR_EFFECT: EffectKind = EffectKind {
     id: "drag-error",
@@ -17,6 +21,7 @@ pub(super) static DRAG_ERROR_EFFECT: EffectKind = EffectKind {
     sentence: "the drag along the seam is {|0|} {0?higher|lower} than in the model",
     curve: Curve::Quantity(&[SEAM_FORCE], &[CurveAxis::Feed]),
     drawn: Some(|d| (Location::Cell, vec![d.size * d.either(0.1, 0.25)])),
-    action: Action::Process(|process, v| process.feed_drag *= 1.0 + v[0]),
+    acts_on: Some(ProcessPart::Number(FEED_DRAG)),
+    action: Action::Process(|process, v| process.scale(FEED_DRAG, 1.0 + v[0])),
     ..EffectKind::DEFAULT
 };

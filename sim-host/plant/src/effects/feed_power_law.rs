@@ -7,6 +7,7 @@ use super::curve::{Curve, CurveAxis, SEAM_FORCE};
 use super::kind::{Action, EffectKind};
 use super::location::{Location, LocationKind};
 use super::parameter::{Parameter, Role};
+use crate::process::ProcessPart;
 use crate::robot::{Port, ProcessPoint, Term};
 
 pub(super) static FEED_POWER_LAW_EFFECT: EffectKind = EffectKind {
@@ -25,6 +26,7 @@ pub(super) static FEED_POWER_LAW_EFFECT: EffectKind = EffectKind {
     sentence: "the drag grows with the feed to the power of {0} and not in proportion",
     curve: Curve::Quantity(&[SEAM_FORCE], &[CurveAxis::Feed]),
     drawn: Some(|d| (Location::Cell, vec![1.0 - d.size * d.between(0.2, 0.5)])),
+    acts_on: Some(ProcessPart::Drag),
     action: Action::Term {
         port: |_| Port::ProcessForce,
         build: |v, _| Box::new(FeedPowerLaw { exponent: v[0] }),

@@ -8,6 +8,7 @@ use super::formula::Formula;
 use super::location::{INSTRUMENT_NAMES, Location, LocationKind};
 use super::parameter::{Parameter, Role};
 use crate::input::{Process, RobotFile, did_you_mean};
+use crate::process::ProcessPart;
 use crate::robot::{Channel, JointState, Port, Ports, Term, TooManyStates, mount, remembers};
 use trueweld_core::{JOINTS, ModelError, Pose, Robot, RobotParameters};
 
@@ -70,6 +71,8 @@ pub struct EffectKind {
     pub parameters: &'static [Parameter],
     /// How it acts.
     pub action: Action,
+    /// What it acts on, of a process; `None` where any process has it, or it is not of the process.
+    pub acts_on: Option<ProcessPart>,
     /// What is said where it was found: a template, without capital and full stop. Empty: its
     /// identifier and its values.
     ///
@@ -191,6 +194,16 @@ pub enum EffectError {
         /// The parameters with units and ranges.
         expected: String,
     },
+    /// An effect that means nothing for the process.
+    #[error("{id} acts on {part}, which {process} does not have")]
+    NotOfProcess {
+        /// The effect.
+        id: &'static str,
+        /// What it acts on, in words.
+        part: String,
+        /// The process.
+        process: &'static str,
+    },
     /// More effects with an internal state than there is room for.
     #[error(transparent)]
     TooManyStates(#[from] TooManyStates),
@@ -215,6 +228,7 @@ impl EffectKind {
         experiment: "",
         parameters: &[],
         action: Action::Unstated,
+        acts_on: None,
         sentence: "",
         curve: Curve::Column,
         calibration: None,
@@ -357,7 +371,7 @@ impl Effect {
     /// (`robot` holds them once they differ from `model`'s) or of the process.
     ///
     /// # Errors
-    /// [`EffectError::TooManyStates`].
+    /// [`EffectError::TooManyStates`], [`EffectError::NotOfProcess`].
     pub(crate) fn apply(
         &self,
         model: &Robot<f64>,
@@ -366,6 +380,12 @@ impl Effect {
         ports: &mut Ports,
     ) -> Result<(), EffectError> {
         let joint = if let Location::Joint(joint) = self.at { joint } else { 0 };
+        if let (Some(part), Some(process)) = (self.kind.acts_on, &process)
+            && !process.kind().has(part)
+        {
+            let (id, part, process) = (self.kind.id, part.describe(), process.kind().name);
+            return Err(EffectError::NotOfProcess { id, part, process });
+        }
         match (self.kind.action, self.at) {
             (Action::Term { port, build }, _) => {
                 ports.install(port(joint), build(&self.values, joint))?

@@ -6,6 +6,10 @@ use super::curve::{Curve, CurveAxis, ShownQuantity};
 use super::kind::{Action, EffectKind};
 use super::location::{Location, LocationKind};
 use super::parameter::Parameter;
+use crate::process::ProcessPart;
+
+/// The number that it changes.
+const DEPTH_STIFFNESS: &str = "depth_stiffness_n_m";
 
 pub(super) static PROCESS_STIFFNESS_ERROR_EFFECT: EffectKind = EffectKind {
     id: "process-stiffness-error",
@@ -20,6 +24,7 @@ pub(super) static PROCESS_STIFFNESS_ERROR_EFFECT: EffectKind = EffectKind {
         &[CurveAxis::AxialForce],
     ),
     drawn: Some(|d| (Location::Cell, vec![d.size * d.either(0.15, 0.4)])),
-    action: Action::Process(|process, v| process.depth_stiffness *= 1.0 + v[0]),
+    acts_on: Some(ProcessPart::Number(DEPTH_STIFFNESS)),
+    action: Action::Process(|process, v| process.scale(DEPTH_STIFFNESS, 1.0 + v[0])),
     ..EffectKind::DEFAULT
 };

@@ -11,6 +11,8 @@ const QUANTITY_MAX: f64 = 1e12;
 pub enum Bounds<'k> {
     /// The possible range of a [`Quantity`], by its key.
     Of(&'k str),
+    /// The possible range of this quantity.
+    In(&'k Quantity),
     /// Any finite number.
     Any,
     /// Any finite product of two quantities, such as a covariance.
@@ -38,6 +40,7 @@ impl Bounds<'_> {
             && x.abs() <= self.largest()
             && match self {
                 Self::Of(key) => quantity(key).is_some_and(|q| q.judge(x) != Judgement::Impossible),
+                Self::In(quantity) => quantity.judge(x) != Judgement::Impossible,
                 Self::Between(low, high) => (low..=high).contains(&x),
                 Self::Any | Self::Product => true,
                 Self::Positive => x > 0.0,
@@ -52,6 +55,7 @@ impl Bounds<'_> {
         match self {
             Self::Of(key) => quantity(key)
                 .map_or(format!("a quantity of the table, not {key}"), Quantity::expected),
+            Self::In(quantity) => quantity.expected(),
             Self::Between(low, high) => format!("a number from {low:?} to {high:?}{unit}"),
             Self::Any | Self::Product => format!("a finite number{unit}"),
             Self::Positive => format!("a number above 0{unit}"),

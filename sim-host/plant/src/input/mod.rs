@@ -11,25 +11,27 @@
 
 mod bounds;
 pub mod control;
+mod control_file;
 pub mod document;
 pub mod error;
 pub mod file;
 pub mod model;
 mod nearest;
 pub mod posterior;
-pub mod process;
 pub mod quantity;
 pub mod relation;
 pub mod robot;
 pub mod sensors;
+mod sensors_file;
 mod table;
 mod unit;
 pub mod urdf;
 mod value;
 pub mod weld;
 
+pub use crate::process::{Process, Ripple, check_weld};
 pub use bounds::Bounds;
-pub use control::{CascadeGains, CompensationLimits, Control, ParallelGains};
+pub use control::{CascadeGains, CompensationLimits, Control, OwnGains, ParallelGains};
 pub use document::TomlDocument;
 pub use error::{InputError, Source, printable};
 pub(crate) use file::hash_of_file;
@@ -40,7 +42,6 @@ pub use file::{
 pub use model::{Comments, EffectComments, KnownEffect, ModelEffect, ModelFile, Scope};
 pub use nearest::{did_you_mean, nearest};
 pub use posterior::{MeasuredNumber, Posterior};
-pub use process::{Process, Ripple};
 pub use quantity::{Quantity, check_option, quantity, warnings};
 pub use relation::Relation;
 pub use robot::RobotFile;
@@ -49,7 +50,7 @@ pub use table::TomlTable;
 pub use unit::{unit_of, unit_suffix};
 pub use urdf::{import_urdf, import_urdf_text};
 pub use value::{FILL_IN, Text};
-pub use weld::{RealSeam, Wave, Weld, check_weld};
+pub use weld::{RealSeam, Wave, Weld};
 
 use std::fmt;
 use std::path::Path;

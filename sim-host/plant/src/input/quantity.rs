@@ -34,13 +34,25 @@ pub enum Judgement {
     Impossible,
 }
 
+impl Quantity {
+    /// A quantity with its possible and its plausible range.
+    pub const fn new(
+        key: &'static str,
+        possible: [f64; 2],
+        plausible: [f64; 2],
+        meaning: &'static str,
+    ) -> Self {
+        Self { key, meaning, possible, plausible }
+    }
+}
+
 const fn row(
     key: &'static str,
     possible: [f64; 2],
     plausible: [f64; 2],
     meaning: &'static str,
 ) -> Quantity {
-    Quantity { key, meaning, possible, plausible }
+    Quantity::new(key, possible, plausible, meaning)
 }
 
 /// No coordinate, direction or product of inertia is refused for its sign.
@@ -53,7 +65,7 @@ const fn signed(
     row(key, [-possible, possible], [0.0, plausible], meaning)
 }
 
-/// Every quantity.
+/// Every quantity but those of one process alone, which stand with the process.
 #[rustfmt::skip]
 pub static QUANTITIES: &[Quantity] = &[
     // Robot.
@@ -86,20 +98,8 @@ pub static QUANTITIES: &[Quantity] = &[
     signed("z_axis", 1e3, 1.0, "axis of the tool"),
     signed("y_axis", 1e3, 1.0, "axis across the tool"),
     // Process.
-    // Of the macroscopic model as published for aluminium: 5e6 to 90e6.
-    row("depth_stiffness_n_m", [1e3, 1e11], [4e6, 1e8], "stiffness of the material in depth"),
-    row("depth_damping_ns_m", [0.0, 1e10], [0.0, 1e7], "damping of the material in depth"),
-    row("feed_drag_ns_m", [0.0, 1e10], [0.0, 4e6], "drag along the weld"),
-    row("lateral_damping_ns_m", [0.0, 1e10], [0.0, 4e6], "damping across the weld"),
-    row("lateral_stiffness_n_m", [0.0, 1e11], [0.0, 5e7], "stiffness across the weld"),
-    // A shoulder radius.
-    row("memory_length_m", [1e-6, 1.0], [1e-3, 0.04], "travel over which the channel follows"),
-    row("lateral_ratio", [0.0, 100.0], [0.0, 1.0], "transversal force per feed force"),
-    row("reference_force_n", [1.0, 1e7], [500.0, 5e4], "depth force at which drag is stated"),
     // 100 to 4000 turns a minute: a number of these in rad/s is a slip.
     row("spindle_rad_s", [-3200.0, 3200.0], [10.0, 420.0], "speed of the spindle"),
-    // Pins for plates of 1 to 25 mm.
-    row("pin_diameter_m", [1e-5, 0.2], [1e-3, 0.02], "diameter of the pin"),
     row("order", [1e-3, 1e4], [0.1, 100.0], "periods of a ripple per turn of the spindle"),
     row("axial", [0.0, 1.0], [0.0, 0.5], "relative ripple of the depth force"),
     row("in_plane", [0.0, 1.0], [0.0, 0.5], "relative ripple of the forces in the plane"),

@@ -27,7 +27,7 @@ pub struct Relation<F: 'static> {
 
 impl<F> Relation<F> {
     /// Warns of a value outside the plausible range. `place`: where a key stands.
-    pub(super) fn check(&self, value: f64, place: &dyn Fn(&str) -> String) {
+    pub(crate) fn check(&self, value: f64, place: &dyn Fn(&str) -> String) {
         let [low, high] = self.plausible;
         let is_there = value != 0.0 && value.is_finite();
         if !is_there || (low..=high).contains(&value) {

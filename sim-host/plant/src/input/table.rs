@@ -3,7 +3,7 @@
 use super::bounds::Bounds;
 use super::error::{InputError, Source};
 use super::nearest::nearest;
-use super::quantity::quantity;
+use super::quantity::{Quantity, quantity};
 use super::unit::unit_of;
 use super::value::{FILL_IN, Text, TomlValue};
 use nalgebra::Vector3;
@@ -208,6 +208,17 @@ impl<'d> TomlTable<'d> {
     pub fn quantity_as(&self, key: &str, name: &str) -> Result<f64, InputError> {
         let expected = Bounds::Of(name).describe(unit_of(key));
         self.value(key, &expected)?.number(Bounds::Of(name), &expected)
+    }
+
+    /// The number under a key of `rows`; of the table of quantities where they have no such key.
+    ///
+    /// # Errors
+    /// As [`TomlTable::quantity`].
+    pub fn quantity_in(&self, rows: &[Quantity], key: &str) -> Result<f64, InputError> {
+        match rows.iter().find(|row| row.key == key) {
+            Some(row) => self.number(key, Bounds::In(row)),
+            None => self.quantity(key),
+        }
     }
 
     /// Exactly `N` numbers under a key of the table of quantities.

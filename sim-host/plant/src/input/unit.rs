@@ -10,6 +10,7 @@ const KEY_UNITS: &[(&str, &str)] = &[
     ("_deg_s", "deg/s"),
     ("_rad_s", "rad/s"),
     ("_m_s2", "m/s²"),
+    ("_n_m2", "N/m²"),
     ("_ns_m", "N·s/m"),
     ("_m_ns", "m/(N·s)"),
     ("_s_m", "s/m"),

@@ -53,8 +53,12 @@ impl<'d> TomlValue<'d> {
         };
         match number {
             Some(x) if bounds.hold(x) => {
-                if let Bounds::Of(key) = bounds
-                    && let Some(quantity) = quantity(key)
+                let of = match bounds {
+                    Bounds::Of(key) => quantity(key),
+                    Bounds::In(quantity) => Some(quantity),
+                    _ => None,
+                };
+                if let Some(quantity) = of
                     && quantity.judge(x) == Judgement::Implausible
                 {
                     let place = self.source.place(self.span.start);

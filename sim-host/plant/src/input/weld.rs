@@ -1,7 +1,6 @@
 //! The weld to make: `weld/1`, a straight one, and `weld/2`, along any path.
 
-use super::relation::Relation;
-use super::{Bounds, FileKind, InputError, InputFile, Process, TomlTable};
+use super::{Bounds, FileKind, InputError, InputFile, TomlTable};
 use crate::path::{Joined, LEAST_RADIUS, Path, PathError, PathPoint};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::sync::Arc;
@@ -33,7 +32,7 @@ pub struct Weld {
     pub feed: f64,
     /// Time in which the feed rises from 0, s.
     pub feed_ramp: f64,
-    /// Depth force to hold, N.
+    /// Depth force to hold, N; 0 of a weld whose depth is held by position.
     pub force: f64,
     /// Time in which the force rises to it, s.
     pub force_ramp: f64,
@@ -124,55 +123,6 @@ impl RealSeam {
     }
 }
 
-/// The value of a relation of a weld and its process.
-type OfWeld = fn(&Weld, &Process) -> f64;
-
-/// Relations of a weld and the process that it is planned with, graded as those of a process.
-pub static WELD_RELATIONS: [Relation<OfWeld>; 4] = [
-    Relation {
-        key: "force_n",
-        with: &["reference_force_n"],
-        unit: "",
-        plausible: [0.2, 5.0],
-        meaning: "push over the one at which the process is stated",
-        of: |w, p| w.force / p.reference_force,
-    },
-    // From hot to cold welds.
-    Relation {
-        key: "feed_m_s",
-        with: &["spindle_rad_s"],
-        unit: "mm",
-        plausible: [0.05, 3.0],
-        meaning: "feed per turn of the spindle",
-        of: |w, p| w.feed * std::f64::consts::TAU / p.spindle.abs() * 1e3,
-    },
-    // Measured in friction stir welds: 5 to 60 %.
-    Relation {
-        key: "feed_m_s",
-        with: &["feed_drag_ns_m", "reference_force_n"],
-        unit: "",
-        plausible: [0.03, 1.0],
-        meaning: "drag along the weld over the push",
-        of: |w, p| w.feed * p.feed_drag / p.reference_force,
-    },
-    Relation {
-        key: "initial_depth_m",
-        with: &["depth_stiffness_n_m", "force_n"],
-        unit: "",
-        plausible: [0.0, 3.0],
-        meaning: "push at the start, under position control, over the push of the weld",
-        of: |w, p| w.initial_depth * p.depth_stiffness / w.force,
-    },
-];
-
-/// Warns of implausible relations of a weld and the process that it is planned with. `place`: where
-/// a key of the weld file stands.
-pub fn check_weld(weld: &Weld, process: &Process, place: impl Fn(&str) -> String) {
-    for relation in &WELD_RELATIONS {
-        relation.check((relation.of)(weld, process), &place);
-    }
-}
-
 impl InputFile for Weld {
     const KIND: FileKind = FileKind::Weld;
 
@@ -200,6 +150,7 @@ impl Weld {
             "tool_axis",
             "feed_m_s",
             "feed_ramp_s",
+            "held",
             "force_n",
             "force_ramp_s",
             "initial_depth_m",
@@ -232,14 +183,15 @@ impl Weld {
                 "It points along the tool, into the material.",
             ));
         }
+        let [force, force_ramp] = push(root)?;
         Ok(Self {
             start,
             end,
             tool_axis,
             feed: root.quantity("feed_m_s")?,
             feed_ramp: root.quantity("feed_ramp_s")?,
-            force: root.quantity("force_n")?,
-            force_ramp: root.quantity("force_ramp_s")?,
+            force,
+            force_ramp,
             initial_depth: root.quantity("initial_depth_m")?,
             settle: root.quantity("settle_s")?,
             path: None,
@@ -264,6 +216,7 @@ impl Weld {
             "feed_m_s",
             "feed_ramp_s",
             "feed",
+            "held",
             "force_n",
             "force_ramp_s",
             "initial_depth_m",
@@ -290,6 +243,7 @@ impl Weld {
         let feed = root.quantity("feed_m_s")?;
         let feed_ramp = root.quantity("feed_ramp_s")?;
         let run_out = or_none("run_out_m")?;
+        let [force, force_ramp] = push(root)?;
         let real = if root.has("real_seam") {
             let table = root.table("real_seam")?;
             let real = RealSeam::read(&table)?;
@@ -320,8 +274,8 @@ impl Weld {
             feeds: feeds(root, feed, feed_ramp, length)?,
             feed,
             feed_ramp,
-            force: root.quantity("force_n")?,
-            force_ramp: root.quantity("force_ramp_s")?,
+            force,
+            force_ramp,
             initial_depth: root.quantity("initial_depth_m")?,
             settle: root.quantity("settle_s")?,
             path: (!is_straight).then(|| Arc::new(path)),
@@ -358,6 +312,25 @@ impl Weld {
             })
         };
         tables.iter().map(read).collect()
+    }
+}
+
+/// The push and the time in which it rises, N and s; zeros where the depth is held by position.
+fn push(root: &TomlTable<'_>) -> Result<[f64; 2], InputError> {
+    const PUSH_KEYS: [&str; 2] = ["force_n", "force_ramp_s"];
+    if !root.has("held") {
+        return Ok([root.quantity(PUSH_KEYS[0])?, root.quantity(PUSH_KEYS[1])?]);
+    }
+    if root.text("held")?.text != "position" {
+        let help = "Without the key a force loop holds `force_n`.";
+        return Err(root.wrong("held", "\"position\"", help));
+    }
+    match PUSH_KEYS.into_iter().find(|key| root.has(key)) {
+        Some(key) => {
+            let help = "Leave it out, or `held`: a depth is held by position or by a force.";
+            Err(root.wrong_key(key, "no such key beside held = \"position\"", help))
+        }
+        None => Ok([0.0; 2]),
     }
 }
 

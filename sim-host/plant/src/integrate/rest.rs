@@ -141,10 +141,7 @@ fn settle(
 /// # Errors
 /// [`EquilibriumError`] where the iteration does not converge.
 pub(crate) fn in_contact(cell: &Cell, motor: &JointVector<f64>) -> Result<Rest, EquilibriumError> {
-    let at_rest = |link: &JointVector<f64>| {
-        let y = cell.seam.across(&cell.robot.model.forward_kinematics(link).position);
-        State::at_rest(link, motor, y)
-    };
+    let at_rest = |link: &JointVector<f64>| cell.at_rest(link, motor);
     let (link, torque) = settle(cell, motor, |drives| {
         let contact = cell.contact(0.0, &at_rest(&drives.link), drives);
         (contact.frames, contact.wrench())

@@ -1,7 +1,8 @@
 //! The seam sensor: a laser line across the seam ahead of the tool, noisy, late, with lost
 //! readings. Seeded.
 
-use crate::input::SeamSensor;
+use super::model::{DeviationSensor, SensorEntry, errors, of_seam, optional};
+use crate::input::{InputError, SeamSensor, Sensors, TomlTable};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -16,9 +17,69 @@ const SEAM_SENSOR_STREAM: u64 = 1;
 /// Stream of the numbers of what a sensor file may leave out.
 const SEAM_SENSOR_ERROR_STREAM: u64 = 4;
 
+pub(super) static SEAM_SENSOR: SensorEntry = SensorEntry {
+    name: "seam",
+    about: "How far the tool is beside the seam and tilted across it, ahead of the tool.",
+    optional: true,
+    read,
+    numbers: &[
+        ("seam.ahead_m", |s| of_seam(s, |seam| vec![&mut seam.ahead])),
+        ("seam.noise_m", |s| of_seam(s, |seam| vec![&mut seam.noise])),
+        ("seam.tilt_noise_rad", |s| of_seam(s, |seam| vec![&mut seam.tilt_noise])),
+        ("seam.period_s", |s| of_seam(s, |seam| vec![&mut seam.period])),
+        ("seam.delay_s", |s| of_seam(s, |seam| vec![&mut seam.delay])),
+        ("seam.lost", |s| of_seam(s, |seam| vec![&mut seam.lost])),
+        ("seam.noise_factor", |s| of_seam(s, |seam| vec![&mut seam.noise_factor])),
+        ("seam.zero_m", |s| of_seam(s, |seam| vec![&mut seam.zero])),
+        ("seam.tilt_zero_rad", |s| of_seam(s, |seam| vec![&mut seam.tilt_zero])),
+        ("seam.scale", |s| of_seam(s, |seam| vec![&mut seam.scale])),
+        ("seam.misalignment_rad", |s| of_seam(s, |seam| seam.misalignment.iter_mut().collect())),
+        ("seam.jitter_s", |s| of_seam(s, |seam| vec![&mut seam.jitter])),
+        ("seam.hidden_delay_s", |s| of_seam(s, |seam| vec![&mut seam.hidden_delay])),
+    ],
+    outside: Some(|sensors, seed| {
+        let sensor = sensors.seam.as_ref()?;
+        Some(Box::new(SeamSensing::new(sensor, seed)))
+    }),
+};
+
+fn read(table: &TomlTable<'_>, sensors: &mut Sensors) -> Result<(), InputError> {
+    table.only(&[
+        "ahead_m",
+        "noise_m",
+        "tilt_noise_rad",
+        "period_s",
+        "delay_s",
+        "lost",
+        "noise_factor",
+        "zero_m",
+        "tilt_zero_rad",
+        "scale",
+        "misalignment_rad",
+        "jitter_s",
+        "hidden_delay_s",
+    ])?;
+    sensors.seam = Some(SeamSensor {
+        ahead: table.quantity("ahead_m")?,
+        noise: table.quantity("noise_m")?,
+        tilt_noise: table.quantity("tilt_noise_rad")?,
+        period: table.quantity_as("period_s", "seam.period_s")?,
+        delay: table.quantity_as("delay_s", "seam.delay_s")?,
+        lost: table.quantity("lost")?,
+        noise_factor: optional(table, "noise_factor", 1.0)?,
+        zero: optional(table, "zero_m", 0.0)?,
+        tilt_zero: optional(table, "tilt_zero_rad", 0.0)?,
+        scale: optional(table, "scale", 0.0)?,
+        misalignment: errors(table, "misalignment_rad")?,
+        jitter: optional(table, "jitter_s", 0.0)?,
+        hidden_delay: optional(table, "hidden_delay_s", 0.0)?,
+    });
+    Ok(())
+}
+
 /// The seam sensor of one run.
 #[derive(Debug)]
-pub struct SeamSensing {
+struct SeamSensing {
     sensor: SeamSensor,
     random: ChaCha8Rng,
     /// Of what a sensor file may leave out.
@@ -39,7 +100,7 @@ struct Taken {
 
 impl SeamSensing {
     /// A sensor whose noise starts at `seed`.
-    pub fn new(sensor: &SeamSensor, seed: u64) -> Self {
+    fn new(sensor: &SeamSensor, seed: u64) -> Self {
         let stream = |stream| {
             let mut random = ChaCha8Rng::seed_from_u64(seed);
             random.set_stream(stream);
@@ -53,16 +114,14 @@ impl SeamSensing {
             next: 0.0,
         }
     }
+}
 
-    /// How far ahead of the tool it looks, m.
-    pub fn ahead(&self) -> f64 {
+impl DeviationSensor for SeamSensing {
+    fn ahead(&self) -> f64 {
         self.sensor.ahead
     }
 
-    /// What reaches the controller at `time`, s. `deviation`: of the real tool from its nominal
-    /// pose, axes of W. `bend`: how far across the seam lies where the sensor looks, m, beyond what
-    /// the controller knows of its shape.
-    pub fn read(
+    fn read(
         &mut self,
         time: f64,
         deviation: &Twist<f64>,

@@ -1,12 +1,11 @@
 //! A scenario's controller as the constants that a controller is built from.
 
-use super::{ControllerKind, Scenario, Seam};
+use super::{Scenario, Seam};
 use trueweld_compensators::{
     CONFIGURATION_VERSION, Configuration, ConfigurationError, ControlNumbers, GainNumbers, Law,
-    LawNumbers, LimitNumbers, RobotNumbers, RunningCore, Scheme, Visitor, for_each,
+    LawNumbers, LimitNumbers, RobotNumbers, RunningCore, Visitor, for_each,
 };
 use trueweld_core::Real;
-use trueweld_core::control::{ExternalGains, ForceGains};
 
 /// Bytes that lie before a core in the memory of the C interface.
 const BEFORE_A_CORE: usize = 48;
@@ -28,6 +27,12 @@ pub enum ConfigurationRefused {
         /// The gain.
         key: String,
     },
+    /// A controller that no core has.
+    #[error("the controller {0} is none of a core's")]
+    Controller(&'static str),
+    /// A process that is not held by its push: a core's law acts while a push is asked for.
+    #[error("a core's law acts while a push is asked for, and {0} bears none")]
+    Process(&'static str),
     /// What a core says of it when it is built.
     #[error("no core can be built from it: {0:?}")]
     Core(ConfigurationError),
@@ -50,11 +55,14 @@ impl Scenario<'_> {
     /// # Errors
     /// [`ConfigurationRefused`].
     pub fn constants(&self) -> Result<ControllerConstants, ConfigurationRefused> {
+        if !self.planned.bears_push() {
+            return Err(ConfigurationRefused::Process(self.planned.kind().name));
+        }
         let configuration = Configuration {
             version: CONFIGURATION_VERSION,
             bytes: Configuration::BYTES,
             robot: RobotNumbers::of(self.controller_model.parameters()),
-            control: self.control_numbers(),
+            control: self.control_numbers()?,
             law: self.law_numbers()?,
         };
         let bytes = [built::<f32>(&configuration), built::<f64>(&configuration)];
@@ -63,15 +71,14 @@ impl Scenario<'_> {
         Ok(ControllerConstants { configuration, bytes: [single?, double?] })
     }
 
-    fn control_numbers(&self) -> ControlNumbers {
+    fn control_numbers(&self) -> Result<ControlNumbers, ConfigurationRefused> {
         let control = self.control;
-        let joint = self.controller.joint_gains(control);
-        let (scheme, force) = match self.controller {
-            ControllerKind::Parallel => (Scheme::Parallel, of_force(&control.parallel.force)),
-            ControllerKind::Superposed => (Scheme::Superposed, of_force(&control.superposed.force)),
-            ControllerKind::External => (Scheme::External, control.external.force),
+        let controller = self.controller.entry();
+        let (Some(core), Some(joint)) = (controller.core, (controller.joint)(control)) else {
+            return Err(ConfigurationRefused::Controller(controller.name));
         };
-        ControlNumbers {
+        let (scheme, force) = core(control);
+        Ok(ControlNumbers {
             scheme: scheme as u32,
             reserved: 0,
             period: control.period,
@@ -90,7 +97,7 @@ impl Scenario<'_> {
             force_sensor_moment: self.sensors.force.limits.moment,
             force_sensor_force: self.sensors.force.limits.force,
             force_sensor_disagreement: self.sensors.force.limits.disagreement,
-        }
+        })
     }
 
     fn law_numbers(&self) -> Result<LawNumbers, ConfigurationRefused> {
@@ -109,19 +116,6 @@ impl Scenario<'_> {
         let length = Seam::of(self.weld).length;
         LawNumbers::new(law, &gains, length, &self.control.compensation.following)
             .ok_or_else(|| refused("list"))
-    }
-}
-
-/// The gains of a force branch; it knows no stiffness.
-fn of_force(gains: &ForceGains<f64>) -> ExternalGains<f64> {
-    ExternalGains {
-        kp: gains.kp,
-        ki: gains.ki,
-        kd: gains.kd,
-        material_stiffness: 0.0,
-        tuned_stiffness: 0.0,
-        max_correction: gains.max_correction,
-        max_rate: gains.max_rate,
     }
 }
 

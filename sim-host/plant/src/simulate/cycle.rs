@@ -9,7 +9,7 @@ use crate::integrate::Diverged;
 use crate::process::planned;
 use crate::robot::{Drives, Ports, Readings};
 use crate::seam::Seam;
-use crate::sensors::{FaultyInstruments, Instruments, SeamSensing};
+use crate::sensors::{DeviationSensor, FaultyInstruments, Instruments, outside};
 use nalgebra::Vector3;
 use trueweld_core::compensation::{Compensated, Compensator, Observation};
 use trueweld_core::control::{DriveCommand, HybridController, SensorReadings, Setpoint};
@@ -59,9 +59,11 @@ impl Reference {
     ) -> Self {
         let b_from_w = seam.axes(target.path);
         let nominal = seam.nominal(target.path);
-        let force = target
-            .force
-            .map_or(Vector3::zeros(), |push| planned(scenario.planned, push, target.feed));
+        let force = match target.force {
+            Some(push) => planned(scenario.planned, push, target.feed),
+            None if scenario.planned.bears_push() => Vector3::zeros(),
+            None => planned(scenario.planned, 0.0, target.feed),
+        };
         Self {
             nominal,
             setpoint: Setpoint {
@@ -91,6 +93,29 @@ pub struct Controlled {
     pub correction_w: Twist<f64>,
 }
 
+/// A controller of a tool that is held by position while a law acts on it: a law acts while a push
+/// is asked for, and the controller is asked for none.
+struct HeldByPosition<H> {
+    hybrid: H,
+    holds: bool,
+}
+
+impl<H: HybridController<f64>> HybridController<f64> for HeldByPosition<H> {
+    fn start(&mut self, robot: &Robot<f64>, encoder: &JointVector<f64>, torque: &JointVector<f64>) {
+        self.hybrid.start(robot, encoder, torque);
+    }
+
+    fn cycle(
+        &mut self,
+        robot: &Robot<f64>,
+        setpoint: &Setpoint<f64>,
+        sensed: &SensorReadings<f64>,
+    ) -> DriveCommand<f64> {
+        let force = if self.holds { None } else { setpoint.force };
+        self.hybrid.cycle(robot, &Setpoint { force, ..*setpoint }, sensed)
+    }
+}
+
 /// A plant with its instruments, controller and law.
 pub struct ControlCycle<'a, P, H> {
     /// The plant.
@@ -98,14 +123,17 @@ pub struct ControlCycle<'a, P, H> {
     /// Rate of the encoders that the plant's state does not contain, rad/s: of a posture that is
     /// frozen on its way.
     pub frozen_rate: JointVector<f64>,
-    controller: Compensated<f64, H, &'a mut dyn Compensator<f64>>,
+    controller: Compensated<f64, HeldByPosition<H>, &'a mut dyn Compensator<f64>>,
+    /// True where the depth is held by position throughout.
+    by_position: bool,
     controller_model: &'a Robot<f64>,
     /// The seam as it is, and as it was taught.
     seam: Seam,
     taught: Seam,
     ports: &'a Ports,
     instruments: Instruments,
-    seam_sensor: Option<SeamSensing>,
+    /// What measures the deviation from outside the robot.
+    outside: Vec<Box<dyn DeviationSensor>>,
     faulty: FaultyInstruments,
     /// Torque held over the period, N·m.
     torque: JointVector<f64>,
@@ -128,6 +156,8 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
         let (period, limits) = (scenario.control.period, &scenario.control.compensation);
         let ports = &scenario.cell.robot.ports;
         let steps = scenario.plant_steps();
+        let by_position = !scenario.planned.bears_push();
+        let hybrid = HeldByPosition { hybrid, holds: by_position };
         let mut controller =
             Compensated::new(hybrid, law, limits.lateral, limits.orientation, period)
                 .with_force_sensor_limits(sensors.force.limits);
@@ -136,12 +166,13 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
             plant,
             frozen_rate: JointVector::zeros(),
             controller,
+            by_position,
             controller_model,
             seam: scenario.cell.seam.clone(),
             taught: Seam::of(scenario.weld),
             ports,
             instruments: Instruments::new(sensors, ports, steps.1, period, seed),
-            seam_sensor: sensors.seam.as_ref().map(|sensor| SeamSensing::new(sensor, seed)),
+            outside: outside(sensors, seed),
             faulty: FaultyInstruments::new(scenario.fault, seed),
             torque: *torque,
             steps,
@@ -163,12 +194,15 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
         let nominal = self.seam.nominal(reference.path);
         let to_w = self.seam.axes(reference.path).transpose();
         let deviation_w = nominal.error_to(&tcp).rotated(&to_w);
-        let bend = self.bend(reference.path);
-        let mut measurements =
-            self.seam_sensor.as_mut().map_or(Vec::new(), |s| s.read(time, &deviation_w, bend));
+        let mut measurements = Vec::new();
+        for k in 0..self.outside.len() {
+            let bend = self.bend(reference.path, self.outside[k].ahead());
+            measurements.extend(self.outside[k].read(time, &deviation_w, bend));
+        }
         self.faulty.pass_on(time, &mut sensed, &mut measurements);
+        let force = if self.by_position { Some(0.0) } else { reference.setpoint.force };
         let observation = Observation {
-            setpoint: &reference.setpoint,
+            setpoint: &Setpoint { force, ..reference.setpoint },
             nominal: &reference.nominal,
             sensed: &sensed,
             path: reference.path,
@@ -182,10 +216,9 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
         Controlled { nominal, sensed, deviation_w, command, correction_w }
     }
 
-    /// How much more the real seam bends up to where the seam sensor looks than the taught one does,
+    /// How much more the real seam bends up to where a sensor looks, m ahead, than the taught one does,
     /// across W, m: what the controller knows of the shape is taken off.
-    fn bend(&self, path: f64) -> f64 {
-        let ahead = self.seam_sensor.as_ref().map_or(0.0, SeamSensing::ahead);
+    fn bend(&self, path: f64, ahead: f64) -> f64 {
         self.seam.bend(path, ahead) - self.taught.bend(path, ahead)
     }
 

@@ -3,6 +3,7 @@
 use super::LimitSpan;
 use crate::integrate::Diverged;
 use crate::integrate::rest::EquilibriumError;
+use crate::process::ProcessMisfit;
 use trueweld_compensators::BuildError;
 
 /// What was at a limit before a run broke off, the first first.
@@ -42,6 +43,17 @@ pub enum RunError {
         rate: f64,
         /// How fast it can turn, rad/s.
         most: f64,
+    },
+    /// A weld that is not one of the process.
+    #[error(transparent)]
+    Process(#[from] ProcessMisfit),
+    /// A controller that the control file has no gains for.
+    #[error(
+        "the control file has no gains of the controller {controller}; expected a table [{controller}]"
+    )]
+    NoGains {
+        /// Its name.
+        controller: &'static str,
     },
     /// No deformed start.
     #[error(transparent)]

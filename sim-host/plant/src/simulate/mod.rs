@@ -11,6 +11,7 @@ mod run;
 mod scenario;
 mod start;
 
+pub use crate::controllers::ControllerKind;
 pub use crate::seam::Seam;
 pub use configuration::{ConfigurationRefused, ControllerConstants};
 pub use cycle::{ControlCycle, Controlled, Plant, Reference};
@@ -20,7 +21,7 @@ pub use limits::{LimitKind, LimitSpan, limit_spans};
 pub use program::{ProgramTarget, WeldProgram};
 pub use record::{Phase, RecordRow, Recording};
 pub use run::{SimulatedCell, run, run_after, run_passes, run_with};
-pub use scenario::{ControllerKind, Scenario};
+pub use scenario::Scenario;
 pub use start::{
     Taught, TaughtOffset, check_reach, encoder_offset, postures_at, real_inverse_near, start_angles,
 };

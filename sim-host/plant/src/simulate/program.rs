@@ -221,7 +221,8 @@ impl WeldProgram {
                 let feed = Feed::new(weld, seam.length);
                 let share =
                     if weld.force_ramp > 0.0 { (closed / weld.force_ramp).min(1.0) } else { 1.0 };
-                let force = Some(contact + (weld.force - contact) * share);
+                let held = contact + (weld.force - contact) * share;
+                let force = (weld.force > 0.0).then_some(held);
                 let fed = closed - weld.force_ramp - weld.dwell;
                 let full = feed.steady_until(weld, seam.length);
                 let phase = match fed {

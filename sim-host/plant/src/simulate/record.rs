@@ -123,12 +123,19 @@ pub struct Recording {
     /// Time between rows, s.
     #[serde(skip)]
     pub period: f64,
-    /// Half the pin's diameter, the limit of lateral deviation for a butt weld, m.
+    /// How far beside its line the tool may be, m: of a friction stir weld half the pin's diameter.
     #[serde(skip)]
     pub half_pin: f64,
+    /// What that is, in words.
+    #[serde(skip)]
+    pub tolerance_name: &'static str,
     /// Push of the weld program, N.
     #[serde(skip)]
     pub force: f64,
+    /// Force on the tool that the process as planned has at that push and the weld's feed, mean over a
+    /// turn, axes of W, N.
+    #[serde(skip)]
+    pub planned_force: Vector3<f64>,
     /// Depth at which the process as planned bears that push, m.
     #[serde(skip)]
     pub planned_depth: f64,

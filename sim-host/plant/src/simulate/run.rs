@@ -10,6 +10,7 @@ use super::start::{Start, lateral_by_joint};
 use super::{RecordRow, Recording, RunError, Scenario, limit_spans};
 use crate::cell::{Cell, Evaluation, State};
 use crate::integrate::{Diverged, Stepper};
+use crate::process::planned;
 use crate::robot::Drives;
 use crate::seam::Seam;
 use nalgebra::Vector3;
@@ -89,11 +90,12 @@ pub fn run_with(
     let clock = Instant::now();
     let Scenario { cell, weld, program, control, .. } = *scenario;
     let seam = Seam::of(weld);
+    scenario.check_process()?;
     let start = Start::of(scenario, &seam)?;
     let period = control.period;
     let ticks = (program.duration(weld, &seam) / period).round() as usize;
 
-    let mut hybrid = scenario.controller.build(control);
+    let mut hybrid = scenario.build_controller()?;
     let plant = SimulatedCell::new(cell, Stepper::new(scenario.integrator), start.rest.state);
     let contact = -plant.at.reaction.force.z;
     let torque = &start.rest.torque;
@@ -169,9 +171,11 @@ impl Recording {
             compensator: compensator.to_owned(),
             rows: Vec::new(),
             period: scenario.control.period,
-            half_pin: 0.5 * cell.process.pin_diameter,
+            half_pin: cell.process.model.lateral_tolerance(),
+            tolerance_name: cell.process.model.tolerance_name(),
             force: weld.force,
-            planned_depth: weld.force / scenario.planned.depth_stiffness,
+            planned_force: planned(scenario.planned, weld.force, weld.feed),
+            planned_depth: scenario.planned.depth_under(weld.force),
             max_torque: JointVector::from_fn(|i, _| joints[i].max_torque),
             max_rate: JointVector::from_fn(|i, _| joints[i].max_rate),
             seed: scenario.seed,

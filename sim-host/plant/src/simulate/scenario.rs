@@ -2,58 +2,16 @@
 
 use super::{RunError, WeldProgram};
 use crate::cell::Cell;
+use crate::controllers::ControllerKind;
 use crate::input::{Control, Process, Sensors, Weld};
 use crate::integrate::Integrator;
+use crate::process::ProcessMisfit;
 use crate::seam::Seam;
 use crate::sensors::InstrumentFault;
 use trueweld_compensators::Entry;
 use trueweld_core::Robot;
 use trueweld_core::compensation::Compensator;
-use trueweld_core::control::{External, HybridController, JointGains, Parallel, Superposed};
-
-/// Which hybrid controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ControllerKind {
-    /// Scheme 1, (2.2).
-    Parallel,
-    /// Scheme 2, (2.3).
-    Superposed,
-    /// Scheme 3, (2.4)–(2.5).
-    External,
-}
-
-impl ControllerKind {
-    /// All of them, in the order of the published study.
-    pub const ALL: [Self; 3] = [Self::Parallel, Self::Superposed, Self::External];
-
-    /// Its name on the command line and in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Parallel => "parallel",
-            Self::Superposed => "superposed",
-            Self::External => "external",
-        }
-    }
-
-    /// Gains of its joint position loop.
-    pub fn joint_gains(self, control: &Control) -> &JointGains<f64> {
-        match self {
-            Self::Parallel => &control.parallel.joint,
-            Self::Superposed => &control.superposed.joint,
-            Self::External => &control.external.joint,
-        }
-    }
-
-    /// The controller with the gains of a cell, at rest.
-    pub fn build(self, control: &Control) -> Box<dyn HybridController<f64>> {
-        let (joint, period) = (*self.joint_gains(control), control.period);
-        match self {
-            Self::Parallel => Box::new(Parallel::new(joint, control.parallel.force, period)),
-            Self::Superposed => Box::new(Superposed::new(joint, control.superposed.force, period)),
-            Self::External => Box::new(External::new(joint, control.external.force, period)),
-        }
-    }
-}
+use trueweld_core::control::HybridController;
 
 /// Everything one run is made of.
 #[derive(Debug, Clone, Copy)]
@@ -88,12 +46,41 @@ pub struct Scenario<'a> {
     pub fault: Option<InstrumentFault>,
 }
 
+/// Plant steps in a cycle of a force that the process repeats by itself.
+const LEAST_STEPS_A_CYCLE: f64 = 8.0;
+
 impl Scenario<'_> {
+    /// That the weld is one of the process.
+    ///
+    /// # Errors
+    /// [`ProcessMisfit`].
+    pub fn check_process(&self) -> Result<(), ProcessMisfit> {
+        if let WeldProgram::ForceStep { .. } = self.program
+            && !self.cell.process.bears_push()
+        {
+            return Err(ProcessMisfit::NoStep { process: self.cell.process.kind().name });
+        }
+        self.planned.fits(self.weld)
+    }
+
     /// Plant steps in a control period, and the length of each, s.
     pub fn plant_steps(&self) -> (usize, f64) {
         let period = self.control.period;
-        let steps = (period / self.plant_step - 1e-9).ceil().max(1.0);
+        // Of what repeats by itself within a turn, the first order in so many steps at least.
+        let turns = self.cell.process.spindle.abs() / std::f64::consts::TAU;
+        let own = self.cell.process.model.own_orders().first().map_or(0.0, |order| order * turns);
+        let longest = self.plant_step.min((LEAST_STEPS_A_CYCLE * own).recip());
+        let steps = (period / longest - 1e-9).ceil().max(1.0);
         (steps as usize, period / steps)
+    }
+
+    /// The controller with the gains of the control file, at rest.
+    ///
+    /// # Errors
+    /// [`RunError::NoGains`].
+    pub fn build_controller(&self) -> Result<Box<dyn HybridController<f64>>, RunError> {
+        let controller = self.controller.name();
+        self.controller.build(self.control).ok_or(RunError::NoGains { controller })
     }
 
     /// The law as it is before its first weld.

@@ -13,7 +13,7 @@ use trueweld_plant::simulate::{ControllerKind, Scenario, Seam, WeldProgram, star
 fn scenario(name: &str, with: impl FnOnce(&Scenario<'_>)) {
     let (fixtures, law) = (Fixtures::of("vertical"), law(name));
     let cell = fixtures.cell(&[]);
-    with(&fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law));
+    with(&fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &law));
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn a_core_built_from_the_constants_commands_what_the_simulation_does() {
         let seam = Seam::of(scenario.weld);
         let angles = start_angles(scenario.controller_model, &seam).expect("within reach");
         let torque = JointVector::repeat(1e3);
-        let mut hybrid = scenario.controller.build(scenario.control);
+        let mut hybrid = scenario.build_controller().unwrap();
         let mut law = scenario.build_law().expect("a law");
         let limits = &scenario.control.compensation;
         let mut simulated = Compensated::new(

@@ -100,7 +100,7 @@ fn every_effect_shows_in_a_weld_that_runs() {
     let program = WeldProgram::Weld;
     let go = |cell: &Cell| {
         fixtures
-            .run(cell, program, ControllerKind::External, &law("none"), &fixtures.robot.robot)
+            .run(cell, program, ControllerKind::EXTERNAL, &law("none"), &fixtures.robot.robot)
             .rows
     };
     let bare_cell = fixtures.cell(&[]);
@@ -441,22 +441,25 @@ fn process_effects_follow_their_equations() {
         reaction(&cell.process, &cell.robot.ports, time, &at, &v, 1e-4, spindle_angle).force
     };
     let p = &fixtures.process;
+    let number = |key: &str| p.number(key);
     let wave = |order: f64, phase: f64| (order * spindle_angle + phase).sin();
     let in_plane = 1.0 + p.ripple.iter().map(|r| r.in_plane * wave(r.order, r.phase)).sum::<f64>();
     let axial = 1.0 + p.ripple.iter().map(|r| r.axial * wave(r.order, r.phase)).sum::<f64>();
     // F by the equations of the baseline, with what an effect changes as arguments.
     let expected =
         |k_z: f64, c_x: f64, depth: f64, power: f64, extra: f64, give: f64, more: [f64; 2]| {
-            let depth_force = (k_z * depth + p.depth_damping * 2e-4) / (1.0 + k_z * give);
-            let e = depth_force / p.reference_force;
+            let depth_force =
+                (k_z * depth + number("depth_damping_ns_m") * 2e-4) / (1.0 + k_z * give);
+            let e = depth_force / number("reference_force_n");
             let feed = c_x * 0.012 * e * 1.2_f64.powf(power - 1.0);
-            let lateral = p.lateral_ratio * feed * p.spindle.signum()
-                + (p.lateral_damping * 1e-3 + p.lateral_stiffness * 1e-4) * e
+            let lateral = number("lateral_ratio") * feed * p.spindle.signum()
+                + (number("lateral_damping_ns_m") * 1e-3 + number("lateral_stiffness_n_m") * 1e-4)
+                    * e
                 + extra * depth_force * p.spindle.signum();
             let (in_plane, axial) = (in_plane + more[1], axial + more[0]);
             -Vector3::new(feed * in_plane, lateral * in_plane, depth_force * axial)
         };
-    let (k, c) = (p.depth_stiffness, p.feed_drag);
+    let (k, c) = (number("depth_stiffness_n_m"), number("feed_drag_ns_m"));
     let plain = expected(k, c, 5e-4, 1.0, 0.0, 0.0, [0.0; 2]);
     let third = wave(3.0, 0.4);
     for (effect, wanted) in [
@@ -602,7 +605,7 @@ fn an_expression_does_what_the_effect_of_the_library_does() {
                 .run(
                     cell,
                     WeldProgram::Weld,
-                    ControllerKind::External,
+                    ControllerKind::EXTERNAL,
                     &law("none"),
                     &fixtures.robot.robot,
                 )
@@ -695,7 +698,7 @@ fn an_expression_that_ceases_to_be_finite_ends_the_run_and_nothing_else() {
     ] {
         let cell = own(&fixtures, &[effect]);
         let none = law("none");
-        let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &none);
+        let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &none);
         match run(&scenario, |_| {}) {
             Err(RunError::RanAway { .. }) => assert!(!at_rest, "{effect}"),
             Err(RunError::Rest(_)) => assert!(at_rest, "{effect}"),

@@ -36,9 +36,9 @@ fn no_shipped_law_or_controller_is_warned_of_on_a_shipped_weld() {
     for name in ["vertical", "inclined"] {
         let fixtures = shortened(name);
         let cell = fixtures.cell(&[]);
-        let laws = library().iter().map(|law| (ControllerKind::External, law.clone()));
+        let laws = library().iter().map(|law| (ControllerKind::EXTERNAL, law.clone()));
         let controllers =
-            [ControllerKind::Parallel, ControllerKind::Superposed].map(|of| (of, law("none")));
+            [ControllerKind::PARALLEL, ControllerKind::SUPERPOSED].map(|of| (of, law("none")));
         for (controller, law) in laws.chain(controllers) {
             let warnings = warned(&fixtures, &cell, controller, &law);
             assert_eq!(warnings, [], "{name}, {}, {}", controller.name(), law.name());
@@ -70,7 +70,7 @@ fn a_ripple_that_grows_threefold_half_way_is_warned_of_once_it_has() {
     let [first, second] = fixtures.process.ripple.as_slice() else { panic!("two orders") };
     let worn = WornTool([first, second].map(|line| (line.order, line.axial, line.phase)));
     cell.robot.ports.install(Port::ProcessForce, Box::new(worn)).expect("room");
-    let warnings = warned(&fixtures, &cell, ControllerKind::External, &law("elastostatic"));
+    let warnings = warned(&fixtures, &cell, ControllerKind::EXTERNAL, &law("elastostatic"));
     let [warning] = warnings.as_slice() else { panic!("{warnings:?}") };
     assert_eq!(warning.kind, HealthWarningKind::SpindleLine(1));
     let share = warning.amplitude_n.unwrap() / warning.usual_n.unwrap();
@@ -91,7 +91,7 @@ fn a_force_loop_at_its_limit_of_stability_is_warned_of_and_one_at_half_of_it_is_
         force.kp *= factor;
         force.ki *= factor;
         let cell = fixtures.cell(&[]);
-        warned(&fixtures, &cell, ControllerKind::External, &law("none"))
+        warned(&fixtures, &cell, ControllerKind::EXTERNAL, &law("none"))
     };
     assert_eq!(at(6.5), []);
     let warnings = at(13.0);

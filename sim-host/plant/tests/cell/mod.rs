@@ -4,6 +4,7 @@ mod constants;
 mod effects;
 mod fast;
 mod health;
+mod milling;
 #[expect(dead_code, reason = "shared with tests that need more of it")]
 #[path = "../../../../core-nostd/tests/algebra/support.rs"]
 mod numbers;

@@ -215,7 +215,7 @@ fn the_default_integrator_stays_within_a_micrometre_of_the_reference_over_a_whol
     let law = law("elastostatic");
     let scenario = Scenario {
         sensors: &sensors,
-        ..fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law)
+        ..fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &law)
     };
     let exact =
         Scenario { integrator: Integrator::DormandPrince(Tolerance::REFERENCE), ..scenario };
@@ -262,7 +262,7 @@ fn a_drag_that_is_steep_at_rest_does_not_chatter() {
     let law = law("elastostatic");
     let scenario = Scenario {
         plant_step: 5e-4,
-        ..fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law)
+        ..fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &law)
     };
     let exact =
         Scenario { integrator: Integrator::DormandPrince(Tolerance::REFERENCE), ..scenario };

@@ -181,7 +181,7 @@ fn sensor_and_time_ports_change_what_the_controller_sees_and_when() {
             sensors.force.resolution,
         ) = (0.0, 0.0, 0.0, 0.0);
         let none = law("none");
-        let scenario = fixtures.scenario(&cell, program, ControllerKind::External, &none);
+        let scenario = fixtures.scenario(&cell, program, ControllerKind::EXTERNAL, &none);
         run(&trueweld_plant::simulate::Scenario { sensors: &sensors, ..scenario }, |_| {})
             .expect("runs")
             .rows

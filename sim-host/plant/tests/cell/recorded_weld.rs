@@ -67,7 +67,7 @@ fn a_weld_is_recorded_as_a_controller_is_given_it() {
         fixtures.weld.end = start + (end - start).normalize() * 0.1;
     }
     let cell = fixtures.cell(&[]);
-    let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::External, &law);
+    let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &law);
     let law = scenario.build_law().expect("a law");
     let mut recorder = Recorder { law, numbers: Vec::new(), periods: 0 };
     run_with(&scenario, &mut recorder, |_| ControlFlow::Continue(())).expect("a weld");

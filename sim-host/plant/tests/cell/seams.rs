@@ -25,7 +25,7 @@ fn short(mut fixtures: Fixtures, change: impl Fn(&mut Weld)) -> Recording {
     (weld.end, weld.settle) = (weld.start + along * 0.04, 0.5);
     change(weld);
     let cell = fixtures.cell(&[]);
-    fixtures.run(&cell, WeldProgram::Weld, ControllerKind::External, &law("elastostatic"), &KR500)
+    fixtures.run(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &law("elastostatic"), &KR500)
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn the_process_turns_with_the_seam() {
         q = real_inverse_near(&KR500, &KR500, &pose, &q).expect("reach");
         let state = State::at_rest(&q, &q, 0.0);
         let contact = cell.contact(0.0, &state, &state.drives());
-        let ripple = contact.reaction.force.norm() / (4e-4 * cell.process.depth_stiffness);
+        let ripple = contact.reaction.force.norm() / (4e-4 * cell.process.model.depth_stiffness());
         assert!((ripple - 1.0).abs() < 0.05, "{ripple}");
         let force = contact.wrench().force;
         // The normal of the panel: out of its axis, 1.5 m below the floor of the robot.

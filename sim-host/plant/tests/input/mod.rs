@@ -8,7 +8,9 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 use nalgebra::Vector3;
 use std::fs;
 use std::path::{Path, PathBuf};
+use trueweld_plant::controllers::ControllerKind;
 use trueweld_plant::input::*;
+use trueweld_plant::sensors::{sensor_numbers, sensors};
 
 const ROBOT: &str = include_str!("../../../../fixtures/robots/kr500-mt.toml");
 const PROCESS: &str = include_str!("../../../../fixtures/processes/lap-weld-2024-t3.toml");
@@ -75,8 +77,10 @@ fn robot_fixture_holds_its_figures() {
 #[test]
 fn process_fixture_holds_its_figures() {
     let p = Process::parse(PROCESS, "lap.toml").unwrap();
-    assert_eq!((p.depth_stiffness, p.depth_damping), (30e6, 1.5e6));
-    assert_eq!((p.memory_length, p.lateral_ratio, p.pin_diameter), (0.008, 0.25, 0.005));
+    let number = |key: &str| p.number(key);
+    assert_eq!([number("depth_stiffness_n_m"), number("depth_damping_ns_m")], [30e6, 1.5e6]);
+    assert_eq!([number("memory_length_m"), number("lateral_ratio")], [0.008, 0.25]);
+    assert_eq!(p.model.tool_diameter(), 0.005);
     assert!(
         (p.spindle + 20.0 * std::f64::consts::PI).abs() < 1e-12,
         "600 rpm, against the tool's z"
@@ -85,8 +89,8 @@ fn process_fixture_holds_its_figures() {
     assert_eq!(p.ripple[1], Ripple { order: 2.0, axial: 0.005, in_plane: 0.03, phase: 0.7 });
     // The load case that the file says it is calibrated to: 4 kN of drag and 1 kN across at 10
     // mm/s.
-    assert!((p.feed_drag * 0.010 - 4000.0).abs() < 1e-9);
-    assert!((p.lateral_ratio * p.feed_drag * 0.010 - 1000.0).abs() < 1e-9);
+    assert!((number("feed_drag_ns_m") * 0.010 - 4000.0).abs() < 1e-9);
+    assert!((number("lateral_ratio") * number("feed_drag_ns_m") * 0.010 - 1000.0).abs() < 1e-9);
     let smooth =
         Process::parse(PROCESS.split("[[ripple]]").next().unwrap(), "smooth.toml").unwrap();
     assert!(smooth.ripple.is_empty());
@@ -634,4 +638,28 @@ fn written_files_are_whole_and_leave_nothing_behind() {
         assert_eq!(fs::read(&path).unwrap(), b"three");
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
     }
+}
+
+#[test]
+fn controllers_and_sensors_are_read_by_their_tables() {
+    let control = Control::parse(CONTROL, "control.toml").unwrap();
+    for kind in ControllerKind::required() {
+        assert_eq!(ControllerKind::find(kind.name()), Ok(kind));
+        assert!(kind.joint_gains(&control).unwrap().kp.iter().all(|k| *k > 0.0), "{}", kind.name());
+        assert!(kind.build(&control).is_some());
+        // A table that is missing is told by its name.
+        let without = CONTROL.replace(&format!("[{}]", kind.name()), "[compensations]");
+        let error = Control::parse(&without, "control.toml").unwrap_err().to_string();
+        assert!(error.contains("compensations"), "{error}");
+    }
+    assert_eq!(ControllerKind::find("extern"), Err(Some("external")));
+    // Every number that a table states is of that table, and is reached by its key.
+    let mut read = Sensors::read(fixture("sensors/seam-at-the-tool.toml")).unwrap();
+    for sensor in sensors() {
+        for (key, of) in sensor.numbers {
+            assert!(key.starts_with(&format!("{}.", sensor.name)), "{key}");
+            assert!([1, 3, 6].contains(&of(&mut read).len()), "{key}");
+        }
+    }
+    assert_eq!(sensor_numbers().len(), 26);
 }

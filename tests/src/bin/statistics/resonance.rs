@@ -7,9 +7,9 @@ use trueweld_tests::resonance::{Lines, fixtures, started_at, unscaled, usable, w
 pub(crate) fn run() {
     let speeds = [500.0, 600.0, 700.0, 750.0, 800.0, 900.0, 1000.0, 1080.0, 1200.0];
     for (controller, faster) in [
-        (ControllerKind::External, 1.0),
-        (ControllerKind::External, 4.0),
-        (ControllerKind::Parallel, 1.0),
+        (ControllerKind::EXTERNAL, 1.0),
+        (ControllerKind::EXTERNAL, 4.0),
+        (ControllerKind::PARALLEL, 1.0),
     ] {
         println!("{} × {faster}: without filter, with", controller.name());
         println!(

@@ -25,6 +25,7 @@ use trueweld_logs::channel::LogChannel;
 use trueweld_logs::fir::{LowPass, interpolate};
 use trueweld_logs::log::Log;
 use trueweld_logs::noise::{NoiseLevel, NoiseLevels};
+use trueweld_plant::effects::Effect;
 use trueweld_plant::input::Process;
 use trueweld_plant::robot::{Channel, ElasticRobot, Ports, Readings};
 use trueweld_plant::simulate::Seam;
@@ -75,15 +76,14 @@ impl ChannelStart {
     /// `None` where the force does not depend on it.
     fn of(weld: &RecordedWeld, process: &Process, deviation: Vec<f64>) -> Option<Self> {
         let n = weld.motion.len();
-        let still = Process { ripple: Vec::new(), ..process.clone() };
         let first = weld.motion[0].position.x;
         let elsewhere: Vec<Vector3<f64>> = (0..n)
             .map(|k| {
                 let travelled = (weld.motion[k].position.x - first).abs();
-                let left = (-travelled / process.memory_length).exp();
-                let push = weld.push(k) / still.reference_force;
+                let left = (-travelled / process.model.memory_length()).exp();
+                let firmness = process.model.channel_stiffness(weld.push(k));
                 let across = weld.axes[k].column(1);
-                weld.rotation[k].tr_mul(&(across * (still.lateral_stiffness * push * left)))
+                weld.rotation[k].tr_mul(&(across * (firmness * left)))
             })
             .collect();
         let slow = weld.rows.iter().flat_map(|row| {
@@ -118,9 +118,9 @@ pub(crate) struct Folded {
 impl Folded {
     /// The first line of a process that rows show within the band of the slow force; `turning` in Hz.
     fn of(process: &Process, turning: f64, band: f64, period: f64) -> Option<Self> {
-        let mut lines = process.ripple.iter().map(|ripple| {
-            let turns = ripple.order * turning * period;
-            Self { order: ripple.order, frequency: (turns - turns.round()).abs() / period }
+        let mut lines = process.orders().into_iter().map(|order| {
+            let turns = order * turning * period;
+            Self { order, frequency: (turns - turns.round()).abs() / period }
         });
         lines.find(|line| line.frequency < PASSED * band)
     }
@@ -209,7 +209,7 @@ impl ContactForcePrediction {
             rows,
             motion: Vec::new(),
         };
-        weld.motion = weld.tool(None, 0.0, weld.process.memory_length);
+        weld.motion = weld.tool(None, 0.0, weld.process.model.memory_length());
         let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
         // The mean of fewer readings is noisier.
         let seldom = |mut levels: Vec<NoiseLevel>, rows: f64| {
@@ -228,7 +228,7 @@ impl ContactForcePrediction {
         // then.
         let is_firm = |row: &usize| {
             let spread = spread(&weld, model, *row, largest, 0.0).z;
-            weld.push(*row) > FIRM * spread.max(CONTACT * weld.process.reference_force)
+            weld.push(*row) > FIRM * spread.max(CONTACT * weld.process.model.reference_force())
         };
         weld.rows = weld.rows.iter().copied().filter(is_firm).collect();
         if weld.rows.is_empty() {
@@ -243,9 +243,13 @@ impl ContactForcePrediction {
         };
         let (mut lines, mut amplitudes) = lined(&weld);
         // A log that begins in contact need not begin with the spindle's angle at 0.
-        let first = weld.force.iter().take(weld.low.half()).map(|f| f.z.abs());
-        let begun = first.sum::<f64>() / weld.low.half() as f64;
-        let begins_in_contact = begun > CONTACT * weld.process.reference_force;
+        let first = || weld.force.iter().take(weld.low.half());
+        let begun = if weld.process.bears_push() {
+            first().map(|f| f.z.abs()).sum::<f64>() / weld.low.half() as f64
+        } else {
+            first().sum::<Vector3<f64>>().norm() / weld.low.half() as f64
+        };
+        let begins_in_contact = begun > CONTACT * weld.process.model.reference_force();
         if begins_in_contact && let Some(ahead) = lines.start_angle(&weld, model, &amplitudes) {
             weld.angle.iter_mut().for_each(|angle| *angle += ahead);
             (lines, amplitudes) = lined(&weld);
@@ -254,7 +258,7 @@ impl ContactForcePrediction {
         let forces = |motion| {
             let process = weld.process(model);
             let mut force = weld.forces(&process, &Ports::default(), motion, None);
-            let share = weld.carried(process.reference_force, &weld.force, &force);
+            let share = weld.carried(&process, &weld.force, &force);
             in_plane(&mut force, &share);
             force
         };
@@ -273,6 +277,11 @@ impl ContactForcePrediction {
         }
         compared.append(&mut amplitudes);
         Ok(Some(contact))
+    }
+
+    /// True where the process has what an effect acts on.
+    pub(super) fn has(&self, effect: &Effect) -> bool {
+        effect.kind.acts_on.is_none_or(|part| self.weld.process.kind().has(part))
     }
 
     /// The process of this log: the model's, turning as the spindle was recorded.
@@ -330,8 +339,8 @@ impl ContactForcePrediction {
         let ports = &robot.ports;
         let late = ports.delay(Channel::Tracker);
         let followed;
-        let memory = process.memory_length;
-        let same_memory = memory == weld.process.memory_length;
+        let memory = process.model.memory_length();
+        let same_memory = memory == weld.process.model.memory_length();
         let motion = if late != 0.0 || ports.senses(Channel::Tracker) || !same_memory {
             followed = weld.tool(Some(robot), late, memory);
             &followed
@@ -346,7 +355,7 @@ impl ContactForcePrediction {
             .collect();
         let mut force = weld.forces(process, ports, motion, Some(&lines.shake));
         let mut still = weld.forces(process, ports, motion, None);
-        let share = weld.carried(process.reference_force, &behind, &force);
+        let share = weld.carried(process, &behind, &force);
         [&mut force, &mut still].into_iter().for_each(|force| in_plane(force, &share));
         let read = |k: usize| {
             let force = weld.in_tool(k, &force[k]);
@@ -400,12 +409,17 @@ fn spread(
     let (value, rate) = (weld.low.gain(0), weld.low.gain(1));
     let LoadedTool { push, reaction: r, .. } = weld.held(&weld.process(model), row);
     let (k, b) = (r.stiffness, r.damping);
-    let from = |c: usize| if c == 2 { 2..3 } else { 0..2 };
+    let follows = weld.process.model.plane_follows_push();
+    let from = |c: usize| match c {
+        _ if !follows => 0..3,
+        2 => 2..3,
+        _ => 0..2,
+    };
     let mut slow = Vector3::from_fn(|c, _| {
         from(c).map(|j| k[(c, j)].powi(2) * value + b[(c, j)].powi(2) * rate).sum::<f64>()
             * tracker.powi(2)
     });
-    for c in 0..2 {
+    for c in if follows { 0..2 } else { 0..0 } {
         slow[c] += (r.force[c] / push * sensor).powi(2) * value;
     }
     // Where the channel behind the tool began is as uncertain as one reading, until the tool
@@ -413,6 +427,6 @@ fn spread(
     let travelled = (weld.motion[row].position.x - weld.motion[0].position.x).abs();
     let first = &weld.motion[0];
     let began = tracker.hypot(weld.lag(&first.position, &first.velocity));
-    slow.y += (k[(1, 1)] * began * (-travelled / weld.process.memory_length).exp()).powi(2);
+    slow.y += (k[(1, 1)] * began * (-travelled / weld.process.model.memory_length()).exp()).powi(2);
     slow.map(f64::sqrt)
 }

@@ -258,7 +258,8 @@ impl SpindleHarmonics {
         let mut shake: Shake = [[Vector3::zeros(); 2]; COMPARED_ORDERS];
         let mut contact = [[Matrix3::zeros(); 2]; COMPARED_ORDERS];
         for n in self.orders.iter().map(|order| order - 1) {
-            let at = |omega| shaken(&weld.axes[*row], arm, &held.reaction, q, omega);
+            let at =
+                |omega| shaken(&weld.axes[*row], arm, (&self.process, &held.reaction), q, omega);
             let (fast, slow) = (at(turning(weld, n + 1)), at(folded(weld, n + 1)));
             let free = slow.carried * motors[n];
             let driven = -(slow.pass * slow.contact * free);
@@ -412,9 +413,10 @@ impl SpindleHarmonics {
     ) -> Vector3<f64> {
         let row = weld.rows[k];
         let q = JointVector::from_fn(|i, _| self.encoder[row][i]);
-        let held = weld.held(&weld.process(model), row).reaction;
+        let process = weld.process(model);
+        let held = weld.held(&process, row).reaction;
         let Shaken { carried, contact, pass, .. } =
-            shaken(&weld.axes[row], &model.robot, &held, &q, folded(weld, order));
+            shaken(&weld.axes[row], &model.robot, (&process, &held), &q, folded(weld, order));
         let noise = SVector::<_, 6>::from_fn(|i, _| Complex::new(encoder[i].deviation, 0.0));
         let all = pass * contact * carried * Matrix6::from_diagonal(&noise);
         Vector3::from_fn(|c, _| all.row(c).iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt())
@@ -535,7 +537,7 @@ fn folded(weld: &RecordedWeld, order: usize) -> f64 {
 fn shaken(
     axes: &Matrix3<f64>,
     arm: &Robot<f64>,
-    held: &Reaction,
+    (process, held): (&Process, &Reaction),
     q: &JointVector<f64>,
     turning: f64,
 ) -> Shaken {
@@ -544,7 +546,7 @@ fn shaken(
     let jacobian = jacobian.map(|x| Complex::new(x, 0.0));
     let spring = Matrix6::from_diagonal(&arm.dynamic_stiffness(turning));
     let h = arm.dynamic_compliance(&frames, turning).unwrap_or_else(Matrix6::zeros);
-    let contact = held.stiffness.zip_map(&held.damping, |k, b| Complex::new(k, turning * b));
+    let contact = process.slope_at(held, turning);
     let compliance = jacobian * h * jacobian.transpose();
     let pass =
         (Matrix3::identity() + contact * compliance).try_inverse().unwrap_or_else(Matrix3::zeros);
@@ -561,6 +563,7 @@ fn beside_linear(
     let angle = |k: usize| k as f64 * std::f64::consts::TAU / TURN_PHASES as f64;
     let differences: [Vector3<f64>; TURN_PHASES] = std::array::from_fn(|k| {
         let [by, at] = shake(angle(k));
+        let at = process.vibration_speed(&by, &at);
         let force = |position, velocity| {
             let ports = Ports::default();
             reaction(process, &ports, 0.0, &position, &velocity, held.channel, angle(k)).force

@@ -141,12 +141,12 @@ impl RecordedWeld {
         let seen: Vec<Vector3<f64>> = self.motion.iter().map(|tool| tool.position).collect();
         let covariance = |lag: usize| tracker.powi(2) * self.followed.covariance(lag);
         self.likeliest = Some(WienerSmoother::of(&seen, self.stride(), covariance));
-        self.motion = self.tool(None, 0.0, self.process.memory_length);
+        self.motion = self.tool(None, 0.0, self.process.model.memory_length());
     }
 
     /// How far the channel lags behind a tool on its way, across the seam, m; 0 for one at rest.
     pub(crate) fn lag(&self, position: &Vector3<f64>, velocity: &Vector3<f64>) -> f64 {
-        lag(self.process.memory_length, position, velocity)
+        lag(self.process.model.memory_length(), position, velocity)
     }
 
     /// A series without what is slow in it: thousands of newtons that change slowly would show at
@@ -179,17 +179,21 @@ impl RecordedWeld {
     pub(crate) fn held(&self, process: &Process, row: usize) -> LoadedTool {
         let tool = &self.motion[row];
         let push = self.push(row).max(1.0);
-        let position =
-            Vector3::new(tool.position.x, tool.position.y, push / process.depth_stiffness);
+        let depth = if process.bears_push() { process.depth_under(push) } else { tool.position.z };
+        let position = Vector3::new(tool.position.x, tool.position.y, depth);
         let velocity = Vector3::new(tool.velocity.x, tool.velocity.y, 0.0);
-        let (even, none) = (Process { ripple: Vec::new(), ..process.clone() }, Ports::default());
+        let (even, none) = (process.even(), Ports::default());
         let reaction = reaction(&even, &none, 0.0, &position, &velocity, tool.channel, 0.0);
         LoadedTool { push, position, velocity, channel: tool.channel, reaction }
     }
 
-    /// Measured depth force around a row, N.
+    /// Measured depth force around a row, N; of a process that bears no push, the whole force.
     pub(crate) fn push(&self, row: usize) -> f64 {
-        self.low.at(0, |i| self.force[i].z.abs(), self.force.len(), row)
+        let slow = |of: &dyn Fn(usize) -> f64| self.low.at(0, of, self.force.len(), row);
+        if self.process.bears_push() {
+            return slow(&|i| self.force[i].z.abs());
+        }
+        Vector3::from_fn(|c, _| slow(&|i| self.force[i][c])).norm()
     }
 
     /// The process' force at every row, in W. `shake`: position and velocity, in W, of what the tool does beside the motion.
@@ -204,6 +208,7 @@ impl RecordedWeld {
         for (k, angle) in self.angle.iter().enumerate() {
             let tool = &motion[k];
             let [by, at] = shake.map_or([Vector3::zeros(); 2], |shake| shake[k]);
+            let at = process.vibration_speed(&by, &at);
             let (time, channel) = (k as f64 * self.period, tool.channel);
             let (position, velocity) = (tool.position + by, tool.velocity + at);
             let load = reaction(process, ports, time, &position, &velocity, channel, *angle);
@@ -214,15 +219,19 @@ impl RecordedWeld {
 
     /// The depth force that was measured, over the predicted one, at every row, both below the
     /// spindle's frequency: as slow as that, a few values a second tell it. 1 where there is no
-    /// contact to speak of. `reference`: the process' reference force, N; `measured`: in the sensor's
+    /// contact to speak of, and of a process whose forces in the plane do not follow its push. `measured`: in the sensor's
     /// axes; `predicted`: in W.
     pub(crate) fn carried(
         &self,
-        reference: f64,
+        process: &Process,
         measured: &[Vector3<f64>],
         predicted: &[Vector3<f64>],
     ) -> Vec<f64> {
-        let (n, stride, least) = (measured.len(), self.stride(), CONTACT * reference);
+        let (n, stride) = (measured.len(), self.stride());
+        if !process.model.plane_follows_push() {
+            return vec![1.0; n];
+        }
+        let least = CONTACT * process.model.reference_force();
         let depth: Vec<f64> =
             (0..n).map(|k| self.axes[k].column(2).dot(&(self.rotation[k] * measured[k]))).collect();
         let seldom: Vec<f64> = (0..n + stride)

@@ -143,7 +143,7 @@ pub(super) fn worst_runs(weld: &CertifiedWeld) -> Vec<Picture> {
                 y_label: (*y_label).to_owned(),
                 lines: lines.collect(),
                 band: limited.map(|limit| [-limit, limit]),
-                band_name: "limit",
+                band_name: "limit".into(),
                 ..Plot::default()
             },
         )

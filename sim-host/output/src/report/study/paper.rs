@@ -129,7 +129,7 @@ impl StudyPaperReport<'_> {
             y_label: "push, kN".to_owned(),
             lines,
             band: Some([goal - near, goal + near]),
-            band_name: "±5 % of the step",
+            band_name: "±5 % of the step".into(),
             wide: true,
             ..Plot::default()
         }

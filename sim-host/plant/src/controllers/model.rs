@@ -1,0 +1,32 @@
+//! What a controller is to the rest of the plant: a line of the table, and the name that stands for it.
+
+use crate::input::{Control, InputError, TomlTable};
+use trueweld_compensators::Scheme;
+use trueweld_core::control::{ExternalGains, HybridController, JointGains};
+
+/// Which hybrid controller: its name on the command line and in results.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ControllerKind(pub(super) &'static str);
+
+/// One hybrid controller of the table.
+#[derive(Debug)]
+pub struct ControllerEntry {
+    /// Its name on the command line and in results, and of its table in a control file.
+    pub name: &'static str,
+    /// What it is, for the command line.
+    pub about: &'static str,
+    /// True for one that a control file may leave out; commands that compare all controllers leave it
+    /// out too.
+    pub optional: bool,
+    /// Reads its table of a control file.
+    pub read: fn(table: &TomlTable<'_>, control: &mut Control) -> Result<(), InputError>,
+    /// Gains of its joint position loop; `None` where the control file leaves it out.
+    pub joint: fn(control: &Control) -> Option<&JointGains<f64>>,
+    /// The controller with the gains of a cell, at rest; `None` where the control file leaves it out.
+    pub build: fn(control: &Control) -> Option<Box<dyn HybridController<f64>>>,
+    /// What a controller's core is built from; `None` for one that no core has.
+    pub core: Option<CoreGains>,
+}
+
+/// The scheme and the gains of a controller that a core has.
+pub type CoreGains = fn(control: &Control) -> (Scheme, ExternalGains<f64>);
