@@ -28,7 +28,7 @@ use serde_json::{Map, Value};
 
 /// A file: its name and version, and what it holds.
 #[derive(Serialize)]
-struct File<'a, T> {
+struct ResultFile<'a, T> {
     schema: &'a str,
     #[serde(flatten)]
     result: &'a T,
@@ -36,7 +36,7 @@ struct File<'a, T> {
 
 /// The text of a file.
 pub fn text(schema: &str, result: &impl Serialize) -> String {
-    let text = serde_json::to_string_pretty(&File { schema, result });
+    let text = serde_json::to_string_pretty(&ResultFile { schema, result });
     text.expect("numbers, texts and lists are written as JSON") + "\n"
 }
 

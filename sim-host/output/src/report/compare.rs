@@ -1,7 +1,7 @@
 //! A model against measurements.
 
 use super::residuals::{ColumnComparison, map, score_bar};
-use super::{Published, Report};
+use super::{PublishedResult, Report};
 use crate::CompareReport;
 use crate::color::{self, Dash, REFERENCE};
 use crate::document::{
@@ -23,7 +23,7 @@ const DRAWN_FINDINGS: usize = 6;
 impl Report for CompareReport<'_> {
     const SCHEMA: &'static str = "compare/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         CompareResult::of(self)
     }
 

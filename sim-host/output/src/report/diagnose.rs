@@ -1,7 +1,7 @@
 //! Which physical effect is missing in a model.
 
 use super::residuals::{BEFORE_AND_AFTER_COLUMNS, before_and_after, map};
-use super::{Published, Report};
+use super::{PublishedResult, Report};
 use crate::DiagnoseReport;
 use crate::color::{self, Dash};
 use crate::document::{
@@ -30,7 +30,7 @@ const CONFUSABLE_PAIRS_MAX: usize = 12;
 impl Report for DiagnoseReport<'_> {
     const SCHEMA: &'static str = "diagnose/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         DiagnoseResult::of(self)
     }
 

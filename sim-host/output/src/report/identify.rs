@@ -1,6 +1,6 @@
 //! Numbers that were identified, with intervals, and what shows whether the model fits.
 
-use super::{Published, Report};
+use super::{PublishedResult, Report};
 use crate::color::{Dash, run};
 use crate::document::{
     Block, Column, Document, Medium, Picture, Plot, PlotLine, Table, number, words,
@@ -18,7 +18,7 @@ use trueweld_estimate::identify::{IdentificationTarget, Mode, Section, Stiffness
 impl Report for IdentifyReport<'_> {
     const SCHEMA: &'static str = "identify/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         IdentifyResult::of(self)
     }
 
@@ -182,7 +182,7 @@ impl IdentifyReport<'_> {
 impl Report for StiffnessPlanReport<'_> {
     const SCHEMA: &'static str = "identify-plan/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         StiffnessPlanResult::of(self)
     }
 

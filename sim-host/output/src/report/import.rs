@@ -1,6 +1,6 @@
 //! Files of unknown make, and how they are proposed to be read.
 
-use super::{Published, Report};
+use super::{PublishedResult, Report};
 use crate::ImportReport;
 use crate::document::{Block, Document, Medium, Table, Tone, number, words};
 use crate::json::import::ImportResult;
@@ -10,7 +10,7 @@ use trueweld_logs::log::channel_name;
 impl Report for ImportReport<'_> {
     const SCHEMA: &'static str = "import-log/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         ImportResult::of(self)
     }
 

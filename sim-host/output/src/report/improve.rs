@@ -3,7 +3,7 @@
 
 use super::diagnose::evidence;
 use super::residuals::{BEFORE_AND_AFTER_COLUMNS, before_and_after, score_bar};
-use super::{Published, Report};
+use super::{PublishedResult, Report};
 use crate::ImproveReport;
 use crate::document::{Block, Column, Document, Medium, Table, number, words};
 use crate::json::improve::{ImproveResult, PosteriorNumber};
@@ -15,7 +15,7 @@ use trueweld_diagnose::DiagnosisVerdict;
 impl Report for ImproveReport<'_> {
     const SCHEMA: &'static str = "improve/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         ImproveResult::of(self)
     }
 

@@ -1,6 +1,6 @@
 //! Laws side by side.
 
-use super::{Published, Report};
+use super::{PublishedResult, Report};
 use crate::color;
 use crate::document::{
     Block, Document, Medium, Picture, Plot, PlotLine, Table, number, reference, words,
@@ -35,7 +35,7 @@ const TABLES: [(Medium, &str, &[TableFigure]); 3] = [
 impl Report for LawsReport<'_> {
     const SCHEMA: &'static str = "compare-laws/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         LawsResult::of(self)
     }
 

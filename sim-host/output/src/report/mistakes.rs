@@ -1,6 +1,6 @@
 //! Gross mistakes in the files: what every command about measurements says in place of physics.
 
-use super::{Published, Report};
+use super::{PublishedResult, Report};
 use crate::document::{Block, Document};
 use crate::json;
 use crate::json::mistakes::MistakesResult;
@@ -10,7 +10,7 @@ use crate::{DiagnoseReport, ImproveReport, MistakesReport};
 impl Report for MistakesReport<'_> {
     const SCHEMA: &'static str = "compare/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         MistakesResult::of(self)
     }
 

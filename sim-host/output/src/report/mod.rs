@@ -29,9 +29,9 @@ use crate::OutputError;
 use std::path::Path;
 
 /// What a file for programs is written of, and its schema made of.
-pub trait Published: Serialize + JsonSchema {}
+pub trait PublishedResult: Serialize + JsonSchema {}
 
-impl<T: Serialize + JsonSchema> Published for T {}
+impl<T: Serialize + JsonSchema> PublishedResult for T {}
 
 /// What a command has found, for people and for programs.
 ///
@@ -48,7 +48,7 @@ pub trait Report {
     const SCHEMA: &'static str;
 
     /// What that file holds beside name and version.
-    fn json(&self) -> impl Published;
+    fn json(&self) -> impl PublishedResult;
 
     /// The result as people read it.
     fn document(&self) -> Document;

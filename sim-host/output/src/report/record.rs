@@ -1,6 +1,6 @@
 //! What was recorded of a simulated cell.
 
-use super::{Published, Report};
+use super::{PublishedResult, Report};
 use crate::document::{Block, Column, Document, Table, number, words};
 use crate::words::{counted, fixed};
 use crate::{RecordReport, RecordedLog};
@@ -8,7 +8,7 @@ use crate::{RecordReport, RecordedLog};
 impl Report for RecordReport<'_> {
     const SCHEMA: &'static str = "record/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         self
     }
 

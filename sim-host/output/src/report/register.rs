@@ -1,6 +1,6 @@
 //! Where a tracker stands, and what it sees of the tool.
 
-use super::{Published, Report};
+use super::{PublishedResult, Report};
 use crate::RegisterReport;
 use crate::document::{Block, Document, Table, number, words};
 use crate::json::register::RegisterResult;
@@ -12,7 +12,7 @@ use trueweld_core::spatial::rotation_vector;
 impl Report for RegisterReport<'_> {
     const SCHEMA: &'static str = "register/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         RegisterResult::of(self)
     }
 

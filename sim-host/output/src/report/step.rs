@@ -1,6 +1,6 @@
 //! Responses of the controllers to a step of the push.
 
-use super::{Published, Report};
+use super::{PublishedResult, Report};
 use crate::color::{self, Dash};
 use crate::document::{
     Block, Document, Medium, Picture, Plot, PlotLine, Table, TableCell, Tone, number, reference,
@@ -15,7 +15,7 @@ use trueweld_plant::simulate::RecordRow;
 impl Report for StepReport<'_> {
     const SCHEMA: &'static str = "step-result/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         self
     }
 

@@ -1,6 +1,6 @@
 //! Gains for a robot, what limits them, and the runs that confirm them.
 
-use super::{Published, Report};
+use super::{PublishedResult, Report};
 use crate::TuneReport;
 use crate::document::{Block, Column, Document, Medium, Table, TableCell, number, words};
 use crate::json::tune::TuneResult;
@@ -15,7 +15,7 @@ use trueweld_evaluate::tune::{LoopCriterion, Rating};
 impl Report for TuneReport<'_> {
     const SCHEMA: &'static str = "tune/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         TuneResult::of(self)
     }
 

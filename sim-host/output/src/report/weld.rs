@@ -1,6 +1,6 @@
 //! Welds of a seam, side by side.
 
-use super::{Published, Report};
+use super::{PublishedResult, Report};
 use crate::color::{self, Dash, JOINT_COLOURS as JOINT_COLORS};
 use crate::document::{
     Block, Document, Medium, Picture, Plot, PlotLine, Table, number, reference, words,
@@ -18,7 +18,7 @@ use trueweld_plant::simulate::{Phase, RecordRow};
 impl Report for WeldReport<'_> {
     const SCHEMA: &'static str = "weld-result/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         self
     }
 

@@ -2,7 +2,7 @@
 
 mod figures;
 
-use super::{Published, Report};
+use super::{PublishedResult, Report};
 use crate::CertifyReport;
 use crate::document::{Block, Column, Document, Medium, Table, TableCell, Tone, number, words};
 use crate::json::certify::{
@@ -27,7 +27,7 @@ use trueweld_plant::provenance::FileDigest;
 impl Report for CertifyReport {
     const SCHEMA: &'static str = CertifyResult::SCHEMA;
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         CertifyResult::of(self).sealed()
     }
 

@@ -7,7 +7,7 @@ use crate::document::{
 };
 use crate::json::study::layout::StudyLayoutResult;
 use crate::path::{moving, travelled};
-use crate::report::{Published, Report};
+use crate::report::{PublishedResult, Report};
 use crate::samples::{self, BlockTable};
 use crate::words::fixed;
 use crate::words::requirement::shown;
@@ -41,7 +41,7 @@ const FULL_RUN_FIGURES: [RunFigure; 6] = [
 impl Report for StudyLayoutReport<'_> {
     const SCHEMA: &'static str = "study-layout/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         StudyLayoutResult::of(self)
     }
 

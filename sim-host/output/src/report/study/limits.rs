@@ -6,7 +6,7 @@ use crate::document::{
     Block, Document, Map, Medium, Picture, Plot, PlotLine, Table, number, reference, words,
 };
 use crate::json::study::limits::StudyLimitsResult;
-use crate::report::{Published, Report};
+use crate::report::{PublishedResult, Report};
 use crate::words::fixed;
 use crate::words::study::layout::PLACEMENT_NUMBERS;
 use crate::words::study::limits::{because, headline, largest, name, notices, setting, unit};
@@ -16,7 +16,7 @@ use trueweld_evaluate::study::{Driven, FoundLimit, numbers};
 impl Report for StudyLimitsReport<'_> {
     const SCHEMA: &'static str = "study-limits/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         StudyLimitsResult::of(self)
     }
 

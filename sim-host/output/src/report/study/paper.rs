@@ -6,7 +6,7 @@ use crate::document::{
 };
 use crate::json::study::paper::StudyPaperResult;
 use crate::path::{moving, travelled};
-use crate::report::{Published, Report};
+use crate::report::{PublishedResult, Report};
 use crate::words::study::paper::{
     Kind, PUBLISHED_LATERAL_MAX, Statement, headline, held, runs, setting, statements, widest,
 };
@@ -21,12 +21,12 @@ const SHOWN_TIME: f64 = 1.5;
 impl Report for StudyPaperReport<'_> {
     const SCHEMA: &'static str = "study-paper/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         StudyPaperResult::of(self)
     }
 
     fn document(&self) -> Document {
-        let mut document = Document::new("Published study", headline(self), self.provenance);
+        let mut document = Document::new("PublishedResult study", headline(self), self.provenance);
         document.push(Block::Note(setting(self)));
         document.push(Block::Table(published(self)));
         document.push_on(Medium::Page, Block::Figures(self.figures()));

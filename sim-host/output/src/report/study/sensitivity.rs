@@ -4,7 +4,7 @@ use crate::StudySensitivityReport;
 use crate::color::{self, Rgb};
 use crate::document::{Bar, Block, Document, Medium, Table, TableCell, number, words};
 use crate::json::study::sensitivity::StudySensitivityResult;
-use crate::report::{Published, Report};
+use crate::report::{PublishedResult, Report};
 use crate::samples::{self, BlockTable};
 use crate::words::fixed;
 use crate::words::study::sensitivity::{
@@ -21,7 +21,7 @@ const MATTERS: f64 = 0.03;
 impl Report for StudySensitivityReport<'_> {
     const SCHEMA: &'static str = "study-sensitivity/1";
 
-    fn json(&self) -> impl Published {
+    fn json(&self) -> impl PublishedResult {
         StudySensitivityResult::of(self)
     }
 
