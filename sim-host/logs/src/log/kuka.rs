@@ -15,6 +15,7 @@
 
 use super::blocks::{BlockRows, Blocks, damaged};
 use super::rows::{MOST_COLUMNS, ROW_FILE_BYTES_MAX, RowSource};
+use super::source::LogFormat;
 use std::io::{BufReader, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -27,8 +28,13 @@ const MOST_HEADER: u64 = 4 << 20;
 /// Rows in a block.
 const KUKA_BLOCK_ROWS: usize = 4096;
 
-/// First word of such a header.
-pub(super) const KUKA_MAGIC: &[u8] = b"DIAEXTENDED";
+/// The format.
+pub(super) const TRACE: LogFormat = LogFormat {
+    name: "a KUKA trace",
+    magic: b"DIAEXTENDED",
+    open: Ok(|entry| open_trace(&entry.path)),
+    topics: None,
+};
 
 /// Where a channel's numbers are.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,7 +61,7 @@ struct KukaTrace {
 }
 
 /// Opens a trace by its header.
-pub(super) fn open_trace(path: &Path) -> Result<Box<dyn RowSource>, InputError> {
+fn open_trace(path: &Path) -> Result<Box<dyn RowSource>, InputError> {
     let name = path.display().to_string();
     let mut bytes = Vec::new();
     open(path, MOST_HEADER)?.take(MOST_HEADER).read_to_end(&mut bytes).map_err(|error| {

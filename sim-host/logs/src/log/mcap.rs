@@ -11,6 +11,7 @@
 
 use super::blocks::{BlockRows, Blocks, damaged};
 use super::rows::{MOST_COLUMNS, ROW_FILE_BYTES_MAX, RowSource};
+use super::source::LogFormat;
 use mcap::records::{ChunkHeader, Record};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::BTreeMap;
@@ -22,8 +23,13 @@ use trueweld_plant::input::{InputError, open};
 /// A message's topic, its kind, and its values by name.
 type Published = (String, Message, Vec<(String, f64)>);
 
-/// First bytes of such a file.
-pub(super) const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
+/// The format.
+pub(super) const MCAP: LogFormat = LogFormat {
+    name: "MCAP",
+    magic: b"\x89MCAP0\r\n",
+    open: Ok(|entry| open_mcap(&entry.path, entry.topic.as_deref())),
+    topics: Some(topics),
+};
 
 /// Most bytes of one record, a chunk of messages, packed and unpacked: writers make them of some
 /// megabytes.
@@ -268,7 +274,7 @@ fn record_at<'c>(chunk: &'c [u8], at: &mut usize) -> Option<(u8, &'c [u8])> {
 }
 
 /// Topics of a recording that can be read.
-pub(super) fn topics(path: &Path) -> Result<Vec<String>, InputError> {
+fn topics(path: &Path) -> Result<Vec<String>, InputError> {
     let mut bag = Bag::open(path)?;
     // Every message is passed over, so that channels that begin late are seen too.
     while bag.next_message(&|_| false)?.is_some() {}
@@ -280,10 +286,7 @@ pub(super) fn topics(path: &Path) -> Result<Vec<String>, InputError> {
 }
 
 /// Opens one topic of a recording.
-pub(super) fn open_mcap(
-    path: &Path,
-    topic: Option<&str>,
-) -> Result<Box<dyn RowSource>, InputError> {
+fn open_mcap(path: &Path, topic: Option<&str>) -> Result<Box<dyn RowSource>, InputError> {
     let mut bag = Bag::open(path)?;
     let name = bag.name.clone();
     let Some(topic) = topic.map(str::to_owned) else {

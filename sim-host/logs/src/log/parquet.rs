@@ -5,7 +5,9 @@
 //! is one. Left out: nested columns, and compression other than Snappy.
 
 use super::blocks::{BlockRows, Blocks, damaged};
-use super::rows::{MOST_COLUMNS, RowSource};
+use super::files::FileEntry;
+use super::rows::{MOST_COLUMNS, ROW_FILE_BYTES_MAX, RowSource};
+use super::source::LogFormat;
 use parquet::basic::{LogicalType, TimeUnit, Type};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, Int96};
@@ -14,10 +16,11 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 use std::fs::File;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use trueweld_plant::input::InputError;
+use trueweld_plant::input::{InputError, open as open_file};
 
-/// First bytes of such a file.
-pub(super) const PARQUET_MAGIC: &[u8] = b"PAR1";
+/// The format.
+pub(super) const PARQUET: LogFormat =
+    LogFormat { name: "Parquet", magic: b"PAR1", open: Ok(open_parquet), topics: None };
 
 /// Most numbers in a block.
 const PARQUET_BLOCK_NUMBERS: usize = 1 << 20;
@@ -43,7 +46,9 @@ struct Groups {
 }
 
 /// Opens a file.
-pub(super) fn open_parquet(name: String, input: File) -> Result<Box<dyn RowSource>, InputError> {
+fn open_parquet(entry: &FileEntry) -> Result<Box<dyn RowSource>, InputError> {
+    let name = entry.path.display().to_string();
+    let input = open_file(&entry.path, ROW_FILE_BYTES_MAX)?.into_file();
     let failed = |error: ParquetError| {
         damaged(&name, format!("cannot be read as Parquet: {error}"), PARQUET_HELP)
     };

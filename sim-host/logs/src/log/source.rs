@@ -9,17 +9,40 @@ use super::parquet;
 use super::rows::{ROW_FILE_BYTES_MAX, RowSource};
 use super::text::TextRows;
 use std::io::Read;
+use std::path::Path;
 use trueweld_plant::input::{InputError, Source, open as open_file};
 
-/// First bytes of the formats that a build may leave out, with the feature that reads each.
-#[cfg(not(feature = "parquet"))]
-const PARQUET: &[u8] = b"PAR1";
-#[cfg(feature = "parquet")]
-const PARQUET: &[u8] = parquet::PARQUET_MAGIC;
-#[cfg(not(feature = "mcap"))]
-const MCAP: &[u8] = b"\x89MCAP0\r\n";
-#[cfg(feature = "mcap")]
-const MCAP: &[u8] = mcap::MCAP_MAGIC;
+/// A format that is told by the first bytes of its files.
+#[derive(Debug)]
+pub(super) struct LogFormat {
+    /// What messages call it.
+    pub name: &'static str,
+    /// First bytes of its files.
+    pub magic: &'static [u8],
+    /// Opens a file; the feature that a build must have for it, where this one has not.
+    pub open: Result<OpenFile, &'static str>,
+    /// Topics of a file that holds several kinds of messages; `None` where the format has none.
+    pub topics: Option<ListTopics>,
+}
+
+/// Opens a file as rows.
+type OpenFile = fn(&FileEntry) -> Result<Box<dyn RowSource>, InputError>;
+
+/// Lists the topics of a file.
+type ListTopics = fn(&Path) -> Result<Vec<String>, InputError>;
+
+/// The formats. What is none of them is text.
+static LOG_FORMATS: [LogFormat; 3] = [
+    kuka::TRACE,
+    #[cfg(feature = "parquet")]
+    parquet::PARQUET,
+    #[cfg(not(feature = "parquet"))]
+    LogFormat { name: "Parquet", magic: b"PAR1", open: Err("parquet"), topics: None },
+    #[cfg(feature = "mcap")]
+    mcap::MCAP,
+    #[cfg(not(feature = "mcap"))]
+    LogFormat { name: "MCAP", magic: b"\x89MCAP0\r\n", open: Err("mcap"), topics: None },
+];
 
 /// First bytes of files that are not read, what they are, and what makes text of them.
 const FOREIGN: [(&[u8], &str, &str); 19] = [
@@ -89,29 +112,17 @@ pub(super) fn open(entry: &FileEntry) -> Result<Box<dyn RowSource>, InputError> 
         let source = Source::new(&name, "");
         return Err(source.error_of_file(message, "Check the path and its permissions."));
     }
-    if start.starts_with(kuka::KUKA_MAGIC) {
-        return kuka::open_trace(&entry.path);
-    }
-    if start.starts_with(PARQUET) {
-        #[cfg(feature = "parquet")]
-        return parquet::open_parquet(name, input.into_file());
-        #[cfg(not(feature = "parquet"))]
-        return Err(left_out(&name, "Parquet", "parquet"));
-    }
-    if start.starts_with(MCAP) {
-        #[cfg(feature = "mcap")]
-        return mcap::open_mcap(&entry.path, entry.topic.as_deref());
-        #[cfg(not(feature = "mcap"))]
-        return Err(left_out(&name, "MCAP", "mcap"));
+    if let Some(format) = LOG_FORMATS.iter().find(|format| start.starts_with(format.magic)) {
+        return format.open.map_err(|feature| left_out(&name, format.name, feature))?(entry);
     }
     if let Some((what, help)) = foreign(&start) {
-        let message = format!("this is {what}; expected text, Parquet, a KUKA trace or MCAP");
+        let names: Vec<&str> = LOG_FORMATS.iter().map(|format| format.name).collect();
+        let message = format!("this is {what}; expected text or {}", names.join(", "));
         return Err(Source::new(&name, "").error_of_file(message, help));
     }
     open_text(entry, std::io::Cursor::new(start).chain(input))
 }
 
-#[cfg(not(all(feature = "parquet", feature = "mcap")))]
 fn left_out(name: &str, format: &str, feature: &str) -> InputError {
     let message = format!("this is {format}, which this build does not read");
     let help = format!(
@@ -124,13 +135,11 @@ fn left_out(name: &str, format: &str, feature: &str) -> InputError {
 pub(super) fn topics(entry: &FileEntry) -> Result<Option<Vec<String>>, InputError> {
     let mut start = Vec::new();
     let input = open_file(&entry.path, ROW_FILE_BYTES_MAX)?;
-    if input.take(16).read_to_end(&mut start).is_err() || !start.starts_with(MCAP) {
+    if input.take(START).read_to_end(&mut start).is_err() {
         return Ok(None);
     }
-    #[cfg(feature = "mcap")]
-    return mcap::topics(&entry.path).map(Some);
-    #[cfg(not(feature = "mcap"))]
-    Ok(None)
+    let format = LOG_FORMATS.iter().find(|format| start.starts_with(format.magic));
+    format.and_then(|format| format.topics).map(|topics| topics(&entry.path)).transpose()
 }
 
 /// Text, whatever it is called.

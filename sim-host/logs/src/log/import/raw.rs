@@ -110,7 +110,7 @@ pub(super) fn read(mut entry: FileEntry) -> Result<Raw, InputError> {
 
 fn looks_like_text(start: &[u8]) -> bool {
     let binary = start.iter().filter(|b| **b < 9 || (14..32).contains(*b)).count();
-    binary == 0 && !start.starts_with(kuka::KUKA_MAGIC)
+    binary == 0 && !start.starts_with(kuka::TRACE.magic)
 }
 
 /// How a text file is written, and what stands above its rows.
