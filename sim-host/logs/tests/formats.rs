@@ -170,7 +170,7 @@ fn mcap() -> Case {
         let values = row(k);
         let mut cdr = vec![0, 1, 0, 0];
         let pad = |cdr: &mut Vec<u8>, to: usize| {
-            while (cdr.len() - 4) % to != 0 {
+            while !(cdr.len() - 4).is_multiple_of(to) {
                 cdr.push(0);
             }
         };
