@@ -329,11 +329,37 @@ impl DiagnoseReport<'_> {
 pub(super) fn setting(model: &ModelFile, logs: &[LogComparison]) -> String {
     format!(
         "Model {}, {}, {} samples. Score: root mean square of (measured − predicted)/noise; 1.0 is the noise floor. ± and \
-         intervals are of 95 %.",
+         intervals are of 95 %.{}",
         model.path.display(),
         counted(logs.len(), "log"),
-        logs.iter().map(|log| log.samples).sum::<usize>()
+        logs.iter().map(|log| log.samples).sum::<usize>(),
+        known(model)
     )
+}
+
+/// What the model declares known without the logs, after a blank; nothing where it declares none.
+pub(super) fn known(model: &ModelFile) -> String {
+    let each = model.known.iter().map(|known| {
+        let name = known.at.map_or(known.kind.id.to_owned(), |at| {
+            Effect { kind: known.kind, at, values: Vec::new() }.name(&model.robot)
+        });
+        let open = known.kind.parameters.iter().zip(&known.deviation);
+        let open = open.filter(|(_, deviation)| **deviation > 0.0).map(|(parameter, deviation)| {
+            format!(
+                "{} within {}",
+                spoken(parameter),
+                Scale::of_parameter(parameter).quantity(*deviation)
+            )
+        });
+        match open.collect::<Vec<_>>().join(", ") {
+            exact if exact.is_empty() => name,
+            open => format!("{name} ({open})"),
+        }
+    });
+    match each.collect::<Vec<_>>().join(", ") {
+        none if none.is_empty() => String::new(),
+        all => format!(" Declared known without these logs: {all}."),
+    }
 }
 
 /// Detection limits of one kind of effect.

@@ -1,5 +1,6 @@
 //! What is said of numbers that were identified.
 
+use super::diagnose::known;
 use super::{Scale, counted, digits, fixed, listed, score, share, signed_share};
 use crate::{IdentifyReport, StiffnessPlanReport};
 use trueweld_estimate::identify::plan::{LoadKind, PlannedLoad};
@@ -164,6 +165,7 @@ pub(crate) fn setting(report: &IdentifyReport<'_>) -> String {
         listed(&found.logs, "and"),
         counted(found.samples, "value"),
     );
+    text += &known(report.model);
     if !found.left_out.is_empty() {
         text += &format!(" Not used: {}.", listed(&found.left_out, "and"));
     }

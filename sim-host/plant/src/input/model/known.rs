@@ -51,8 +51,9 @@ impl KnownEffect {
         table.only(&["id", "at", "deviation"])?;
         let Some(kind) = EffectKind::of(&id) else {
             let guess = nearest(&id, library().map(|kind| kind.id));
-            let help = guess.map_or(String::new(), |name| format!("Did you mean `{name}`?"));
-            return Err(table.wrong("id", "an effect of the library (docs/effects.md)", help));
+            let help = guess.map(|name| format!("Did you mean `{name}`?"));
+            let help = help.unwrap_or("docs/effects.md lists them.".to_owned());
+            return Err(table.wrong("id", "an effect of the library", help));
         };
         let at = if table.has("at") {
             Some(kind.at(table.text("at")?.text, robot).map_err(|error| {
