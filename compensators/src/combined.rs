@@ -92,7 +92,7 @@ pub struct Combined<T: Real, A, B> {
 }
 
 impl<T: Real, A, B> Combined<T, A, B> {
-    /// `period`: of control, s.
+    /// Two laws as one, each within its limits. `period`: of control, s.
     ///
     /// # Errors
     /// [`GainError`] unless limits, fade and period are positive and finite.

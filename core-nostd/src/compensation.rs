@@ -241,7 +241,7 @@ impl<T: Real, const D: usize> CorrectionLoop<T, D> {
         self.correction = SVector::zeros();
     }
 
-    /// The correction in force.
+    /// The correction in force, m or rad, axes of W.
     pub fn correction(&self) -> &SVector<T, D> {
         &self.correction
     }

@@ -2,14 +2,14 @@
 
 use crate::scalar::{Real, held};
 
-/// Gains of one loop. The unit of each is output over error, over error·s, and over error/s.
+/// Gains of one loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PidGains<T: Real> {
-    /// Proportional gain.
+    /// Proportional gain, output over error.
     pub kp: T,
-    /// Integral gain.
+    /// Integral gain, output over error·s.
     pub ki: T,
-    /// Derivative gain, on the backward difference of the error.
+    /// Derivative gain, output over error/s, on the backward difference of the error.
     pub kd: T,
 }
 

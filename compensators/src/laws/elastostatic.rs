@@ -50,7 +50,7 @@ pub struct Elastostatic<T: Real> {
 }
 
 impl<T: Real> Elastostatic<T> {
-    /// `period`: of control, s.
+    /// A law before its first period. `period`: of control, s.
     ///
     /// # Errors
     /// [`GainError`] unless 0 < corner < Nyquist and the cross-talk is finite.

@@ -50,7 +50,7 @@ pub struct Observer<T: Real> {
 }
 
 impl<T: Real> Observer<T> {
-    /// `period`: of control, s.
+    /// An observer before its first period, with its law. `period`: of control, s.
     ///
     /// # Errors
     /// [`GainError`] unless bandwidth and period are positive and finite.

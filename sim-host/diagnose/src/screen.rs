@@ -21,7 +21,7 @@ pub struct EffectLimit {
     pub at: Location,
     /// Index of the parameter that is its size.
     pub parameter: usize,
-    /// The value of the parameter at the limit.
+    /// The value of the parameter at the limit, in the parameter's unit.
     pub value: f64,
 }
 

@@ -23,6 +23,22 @@
 //! | [`encoder_noise`] | what noise that drives every prediction leaves open of fitted values |
 //! | [`safe_space`] | where an arm may stand, and under which loads |
 //! | [`identify`] | stiffness, damping and process from logs, without a prior; poses that tell them best |
+//!
+//! ```no_run
+//! use trueweld_estimate::fit::FitProblem;
+//! use trueweld_estimate::residuals::compare::{baseline, compare, experiments};
+//! use trueweld_logs::campaign::read_logs;
+//! use trueweld_plant::input::ModelFile;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let (_, logs) = read_logs(&["my-campaign".into()])?;
+//! let model = ModelFile::read("my-campaign/model.toml")?;
+//! let problem = FitProblem::new(&model, experiments(&logs, &baseline(&model))?);
+//! let comparison = compare(&model, &logs, &problem, &|_| {})?;
+//! println!("{:.2} times the noise", comparison.score);
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod align;
 pub mod encoder_noise;

@@ -6,25 +6,25 @@ use super::kind::LogKind;
 /// A channel of a log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LogChannel {
-    /// Time.
+    /// Time, s.
     Time,
-    /// Encoder angles on the joint side.
+    /// Encoder angles on the joint side, rad.
     Encoder,
-    /// Second encoders on the link side.
+    /// Second encoders on the link side, rad.
     LinkEncoder,
-    /// Motor torques seen from the joint.
+    /// Motor torques seen from the joint, N·m.
     MotorTorque,
-    /// Force on the tool.
+    /// Force on the tool, in T, N.
     Force,
-    /// Moment on the tool.
+    /// Moment on the tool, at the tool centre point, in T, N·m.
     Moment,
-    /// Tracker: tool centre point.
+    /// Tracker: tool centre point in B, m.
     Position,
-    /// Tracker: rotation vector of the tool.
+    /// Tracker: rotation vector of T in B, rad.
     Rotation,
-    /// Spindle speed.
+    /// Spindle speed, rad/s.
     Spindle,
-    /// Mass on the flange, and its centre.
+    /// Mass on the flange, kg, and its centre, m.
     Payload,
 }
 

@@ -324,13 +324,13 @@ pub fn comb(
 /// A sample of a noisy series, smoothed.
 #[derive(Debug, Clone, Copy)]
 pub struct Smoothed {
-    /// Value.
+    /// Value, in the series' unit.
     pub value: f64,
-    /// Its rate by time, 1/s.
+    /// Its rate by time, in that unit/s.
     pub rate: f64,
     /// Index of the band it was smoothed in.
     pub band: usize,
-    /// Deviation of the value that the noise leaves in this band.
+    /// Deviation of the value that the noise leaves in this band, in the series' unit.
     pub deviation: f64,
 }
 

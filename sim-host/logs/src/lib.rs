@@ -1,7 +1,20 @@
 //! What was recorded: logs and campaigns of logs, their formats, columns, clocks and noise, filters
 //! for them, and where a tracker stands.
 //!
+//! Layers, bottom up: [`channel`] is the table of what a log may hold; [`log`] reads one from files of
+//! any format and clock; [`campaign`] reads several with the model beside them; [`noise`],
+//! [`clock`], [`register`] find what the files do not state: noise, clocks, where a tracker stands.
 //! Left out: what a model says of them.
+//!
+//! ```no_run
+//! use trueweld_logs::campaign::read_logs;
+//!
+//! let (_, logs) = read_logs(&["my-campaign".into()])?;
+//! for log in &logs {
+//!     println!("{}: {}, {} rows", log.name, log.kind.name(), log.samples.time.len());
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod campaign;
 pub mod channel;

@@ -5,6 +5,17 @@
 //! finished data and computes nothing about the robot but where to draw it: `words` turns numbers
 //! into sentences, `json` into typed files, `document` into text and pages, `rerun` into
 //! recordings.
+//!
+//! ```
+//! use trueweld_output::{OutputError, Report, write_file};
+//!
+//! /// Prints a result, and writes its page and its file for programs.
+//! fn show(report: &impl Report) -> Result<(), OutputError> {
+//!     print!("{}", report.text());
+//!     write_file("page.html".as_ref(), report.page())?;
+//!     write_file("result.json".as_ref(), report.json_text())
+//! }
+//! ```
 
 // The name under which the samples of the tests know this crate.
 #[cfg(test)]
@@ -30,12 +41,7 @@ mod words;
 pub use document::{Document, FORMS, Form};
 pub use error::OutputError;
 pub use file::write_file;
-pub use finished::{
-    CertifyReport, CompareReport, DiagnoseReport, IdentifyReport, ImportReport, ImproveReport,
-    LawsReport, LimitsAt, MistakesReport, RecordReport, RecordedLog, RegisterReport, StepReport,
-    StepRun, StiffnessPlanReport, StudyLayoutReport, StudyLimitsReport, StudyPaperReport,
-    StudySensitivityReport, TuneReport, WeldReport, WeldRun,
-};
+pub use finished::*;
 pub use progress::Progress;
 pub use report::*;
 #[cfg(feature = "rerun")]

@@ -14,6 +14,20 @@
 //! correction is clamped and monitored, that it acts one cycle after it was sent, when a missing
 //! answer stops the robot. Left out: TCP, the drives' own latency (40 to 100 ms by how the position
 //! is commanded), and how the brakes stop the arm: a run ends where RSI stops.
+//!
+//! ```
+//! use std::net::UdpSocket;
+//! use std::time::Duration;
+//! use trueweld_rsi::{Client, Served, serve};
+//!
+//! /// Lets a client's law correct the controller that sends to this port.
+//! fn correct(client: &mut Client<'_>) -> std::io::Result<Served> {
+//!     let socket = UdpSocket::bind("0.0.0.0:49152")?;
+//!     Ok(serve(&socket, client, Duration::from_secs(60), None, |client| {
+//!         println!("{:.3} mm across the seam", 1e3 * client.correction().linear.y);
+//!     }))
+//! }
+//! ```
 
 pub mod client;
 pub mod counts;

@@ -49,7 +49,7 @@
 //! let told = diagnose(&mut measured).run()?;
 //! println!("{}", told.diagnosis.verdict.name());
 //! for candidate in &told.diagnosis.candidates {
-//!     println!("{:.2}", candidate.probability);
+//!     println!("{}: {:.2}", candidate.name(&measured.model.robot), candidate.probability);
 //! }
 //! # Ok::<(), miette::Report>(())
 //! ```

@@ -36,7 +36,7 @@ pub struct CurvePoint {
     pub torque: f64,
     /// (τ − τ₀)/(δ − δ₀) from the curve's origin to here, N·m/rad.
     pub stiffness: f64,
-    /// 95 % interval.
+    /// 95 % interval of the stiffness, N·m/rad.
     pub interval: [f64; 2],
     /// Twist beyond the origin's, rad.
     pub twist: f64,

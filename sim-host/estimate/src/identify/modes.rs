@@ -25,11 +25,11 @@ pub struct Mode {
     pub natural: f64,
     /// Damped frequency seen by the tracker, rad/s.
     pub frequency: f64,
-    /// Half of its 95 % interval.
+    /// Half of its 95 % interval, rad/s.
     pub frequency_half: f64,
     /// c = 2σ by the decrement, 1/s.
     pub decay: f64,
-    /// Half of its 95 % interval.
+    /// Half of its 95 % interval, 1/s.
     pub decay_half: f64,
     /// c by the identified D, 1/s.
     pub fitted: f64,
@@ -44,9 +44,9 @@ pub struct Mode {
 /// Damping of a joint by the decrements alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ByDecrement {
-    /// N·m·s/rad.
+    /// Damping of the joint, N·m·s/rad.
     pub value: f64,
-    /// Half of its 95 % interval.
+    /// Half of its 95 % interval, N·m·s/rad.
     pub half: f64,
 }
 

@@ -3,7 +3,7 @@
 /// Quantile of the normal distribution for 95 %.
 pub(crate) const TWO_SIDED: f64 = 1.959_964;
 
-/// One number.
+/// One number, with its interval in its unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Number {
     /// Key in its file.
@@ -16,7 +16,7 @@ pub struct Number {
     pub interval: Option<[f64; 2]>,
     /// The value given; NaN where there was none.
     pub given: f64,
-    /// Unit.
+    /// Unit of value, interval and the value given.
     pub unit: &'static str,
 }
 

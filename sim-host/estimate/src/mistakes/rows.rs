@@ -20,17 +20,19 @@ pub(super) struct LogRow {
     pub at_rest: bool,
     /// Encoder angles, rad.
     pub encoder: JointVector<f64>,
-    /// Encoder rates, rad/s, and accelerations, rad/s²; zero at rest.
+    /// Encoder rates, rad/s; zero at rest.
     pub rate: JointVector<f64>,
+    /// Encoder accelerations, rad/s²; zero at rest.
     pub acceleration: JointVector<f64>,
-    /// Measured wrench on the tool, in T.
+    /// Measured wrench on the tool, at the TCP, in T; N, N·m.
     pub wrench: Wrench<f64>,
     /// Mass stated on the flange.
     pub payload: Payload,
     /// The point of the tool that the tracker saw, in T, m.
     pub point: Vector3<f64>,
-    /// Tracker.
+    /// That point in B, by the tracker, m.
     pub position: Option<Vector3<f64>>,
+    /// Rotation of T in B, by the tracker.
     pub rotation: Option<Matrix3<f64>>,
     /// Motor torques, N·m.
     pub torque: JointVector<f64>,

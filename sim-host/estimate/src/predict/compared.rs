@@ -66,9 +66,9 @@ pub struct Compared {
     pub component: u8,
     /// Row of the log it belongs to.
     pub row: usize,
-    /// Measured value; for a rotation, from the model without effects to the measured tool.
+    /// Measured value, in the quantity's unit; for a rotation, from the model without effects to the measured tool.
     pub measured: f64,
-    /// Standard deviation of measured and propagated noise.
+    /// Standard deviation of measured and propagated noise, in the quantity's unit.
     pub deviation: f64,
     /// True where that noise was stated by the log.
     pub stated: bool,

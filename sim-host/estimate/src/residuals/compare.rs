@@ -132,12 +132,12 @@ pub struct ChannelComparison {
     pub label: String,
     /// Unit of the figures.
     pub unit: &'static str,
-    /// Root mean square of measured less predicted.
+    /// Root mean square of measured less predicted, in the unit.
     pub rmse: f64,
-    /// Largest magnitude of measured less predicted.
+    /// Largest magnitude of measured less predicted, in the unit.
     pub max: f64,
     /// Root mean square of the deviation that measured and propagated noise leave in the
-    /// difference.
+    /// difference, in the unit.
     pub noise: f64,
     /// True where the logs state all of the instruments' noise; false where some was read off the
     /// recordings.
@@ -263,7 +263,8 @@ pub fn compare(
     Ok(comparison)
 }
 
-/// What every log has of its own at a fit's point.
+/// Tells of every effect that each log has of its own, with its values in each log at a fit's point.
+/// `logs`: those of the fit, in its order; `per_log`: the effects.
 pub fn of_each_log(
     robot: &RobotFile,
     logs: &[Log],

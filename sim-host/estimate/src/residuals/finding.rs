@@ -85,13 +85,18 @@ impl RowCondition {
 
 /// A value of a condition that is not a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub enum Category {
+    /// A sign or a direction below zero.
     Negative,
+    /// No motion.
     AtRest,
+    /// A sign or a direction above zero.
     Positive,
+    /// A signal that falls.
     Falling,
+    /// A signal that stays.
     Steady,
+    /// A signal that rises.
     Rising,
     /// A log, by its place in [`Finding::logs`].
     Log(usize),
@@ -201,9 +206,9 @@ pub struct ConditionCurve {
 /// One bin of a condition.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConditionBin {
-    /// Mean of the condition in the bin; of a category its number.
+    /// Mean of the condition in the bin, in the condition's unit; of a category its number.
     pub x: f64,
-    /// Mean of the residual there, or its root mean square.
+    /// Mean of the residual there, or its root mean square, in the curve's `y_unit`.
     pub y: f64,
     /// Standard error of `y`, with as many independent samples as the residual's memory leaves.
     pub error: f64,

@@ -379,7 +379,7 @@ pub struct WeakPoint {
     pub name: &'static str,
     /// The least along the weld, SI units.
     pub least: f64,
-    /// What is customary.
+    /// The least that is customary, SI units.
     pub customary: f64,
     /// The condition that has it.
     pub of: Condition,

@@ -17,7 +17,6 @@ const FREQUENCY_MIN: f64 = 0.05;
 /// Margins of one channel with the others closed; `null` where there is no limit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "LoopMargins", deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct Margin {
     /// Largest factor on the gain.
     #[schemars(with = "Option<f64>")]
@@ -25,11 +24,13 @@ pub struct Margin {
     /// Smallest factor on the gain.
     #[schemars(with = "Option<f64>")]
     pub fall: f64,
+    /// Smallest turn of the phase, either way, rad.
     #[schemars(with = "Option<f64>")]
     pub phase_rad: f64,
-    // Least distance of the loop from −1: the inverse of the largest sensitivity.
+    /// Least distance of the loop from −1: the inverse of the largest sensitivity.
     #[schemars(with = "Option<f64>")]
     pub modulus: f64,
+    /// Smallest further delay, s.
     #[schemars(with = "Option<f64>")]
     pub delay_s: f64,
 }

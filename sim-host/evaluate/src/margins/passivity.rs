@@ -16,11 +16,11 @@ use trueweld_core::{Frames, JointVector, Wrench};
 /// Damping that the position loop needs at the tool and that is there, N·s/m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "LoopPassivity", deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct Passivity {
-    // That the mechanism must have to be passive with this controller, K T/2 + B.
+    /// That the mechanism must have to be passive with this controller, K T/2 + B.
     #[schemars(with = "Option<f64>")]
     pub needed_ns_m: f64,
+    /// That the friction of the drives gives.
     #[schemars(with = "Option<f64>")]
     pub there_ns_m: f64,
 }

@@ -115,7 +115,7 @@ impl Allowance {
     }
 }
 
-/// Values from one to another, evenly.
+/// Values from one to another, evenly, in the unit of what is varied.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
     /// The first.

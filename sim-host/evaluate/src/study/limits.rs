@@ -108,7 +108,7 @@ impl LimitProbe {
     }
 }
 
-/// How far something can be driven.
+/// How far something can be driven, SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoundLimit {
     /// What.

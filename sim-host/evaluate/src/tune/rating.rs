@@ -40,7 +40,7 @@ pub struct Rating {
     pub criterion: LoopCriterion,
     /// What was reached, SI units; infinite or 0 where there is none.
     pub value: f64,
-    /// What is asked: of margins the least, of the others the most.
+    /// What is asked: of margins the least, of the others the most, SI units.
     pub asked: f64,
     /// How much of what is allowed is used up: at most 1 where it is met.
     pub used: f64,

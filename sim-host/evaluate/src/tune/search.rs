@@ -94,19 +94,24 @@ const CONDITION_ROUNDS: usize = 3;
 /// How gains are judged.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Judge<'a> {
+    /// The run that gains are judged by.
     pub scenario: Scenario<'a>,
     /// The scenario's cell without ripple, which margins are of.
     pub still: &'a Cell,
+    /// The least that each margin is to be, in the unit of its key.
     pub margins: &'a [Limit],
     /// Places along the weld.
     pub places: usize,
+    /// What is asked of a step of the push.
     pub response: &'a AskedResponse,
 }
 
 /// What gains came to.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct JudgedGains {
+    /// Margins over the places and conditions looked at.
     pub margins: Vec<Rating>,
+    /// The step of the push.
     pub response: Vec<Rating>,
 }
 

@@ -14,8 +14,8 @@
 //! Left out: other types of numbers, and channels one after the other.
 
 use super::blocks::{BlockRows, Blocks, damaged};
+use super::format::LogFormat;
 use super::rows::{MOST_COLUMNS, ROW_FILE_BYTES_MAX, RowSource};
-use super::source::LogFormat;
 use std::io::{BufReader, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};

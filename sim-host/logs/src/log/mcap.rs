@@ -10,8 +10,8 @@
 //! Messages are in CDR, as ROS 2 writes them. Left out: other messages and encodings.
 
 use super::blocks::{BlockRows, Blocks, damaged};
+use super::format::LogFormat;
 use super::rows::{MOST_COLUMNS, ROW_FILE_BYTES_MAX, RowSource};
-use super::source::LogFormat;
 use mcap::records::{ChunkHeader, Record};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::BTreeMap;

@@ -18,6 +18,7 @@ mod blocks;
 mod columns;
 pub mod computed;
 mod files;
+mod format;
 mod gaps;
 pub mod import;
 mod join;

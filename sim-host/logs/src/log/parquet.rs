@@ -6,8 +6,8 @@
 
 use super::blocks::{BlockRows, Blocks, damaged};
 use super::files::FileEntry;
+use super::format::LogFormat;
 use super::rows::{MOST_COLUMNS, ROW_FILE_BYTES_MAX, RowSource};
-use super::source::LogFormat;
 use parquet::basic::{LogicalType, TimeUnit, Type};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, Int96};

@@ -1,51 +1,27 @@
 //! A file of any kind, opened as rows: text unless its first bytes say otherwise.
 
 use super::files::FileEntry;
-use super::kuka;
-#[cfg(feature = "mcap")]
-use super::mcap;
-#[cfg(feature = "parquet")]
-use super::parquet;
+use super::format::LogFormat;
 use super::rows::{ROW_FILE_BYTES_MAX, RowSource};
 use super::text::TextRows;
 use std::io::Read;
-use std::path::Path;
 use trueweld_plant::input::{InputError, Source, open as open_file};
 
-/// A format that is told by the first bytes of its files.
-#[derive(Debug)]
-pub(super) struct LogFormat {
-    /// What messages call it.
-    pub name: &'static str,
-    /// First bytes of its files.
-    pub magic: &'static [u8],
-    /// Opens a file; the feature that a build must have for it, where this one has not.
-    pub open: Result<OpenFile, &'static str>,
-    /// Topics of a file that holds several kinds of messages; `None` where the format has none.
-    pub topics: Option<ListTopics>,
-}
-
-/// Opens a file as rows.
-type OpenFile = fn(&FileEntry) -> Result<Box<dyn RowSource>, InputError>;
-
-/// Lists the topics of a file.
-type ListTopics = fn(&Path) -> Result<Vec<String>, InputError>;
-
-/// The formats. What is none of them is text.
-static LOG_FORMATS: [LogFormat; 3] = [
-    kuka::TRACE,
+/// The formats: one line each, two where a feature brings it. What is none of them is text.
+static LOG_FORMATS: &[LogFormat] = &[
+    super::kuka::TRACE,
     #[cfg(feature = "parquet")]
-    parquet::PARQUET,
+    super::parquet::PARQUET,
     #[cfg(not(feature = "parquet"))]
     LogFormat { name: "Parquet", magic: b"PAR1", open: Err("parquet"), topics: None },
     #[cfg(feature = "mcap")]
-    mcap::MCAP,
+    super::mcap::MCAP,
     #[cfg(not(feature = "mcap"))]
     LogFormat { name: "MCAP", magic: b"\x89MCAP0\r\n", open: Err("mcap"), topics: None },
 ];
 
 /// First bytes of files that are not read, what they are, and what makes text of them.
-const FOREIGN: [(&[u8], &str, &str); 19] = [
+const FOREIGN: &[(&[u8], &str, &str)] = &[
     (
         b"#ROSBAG",
         "a bag of ROS 1",

@@ -27,7 +27,7 @@ pub struct Form {
 }
 
 /// The forms that every command can write: one line each, the page first.
-pub static FORMS: &[Form] = &[page::FORM];
+pub static FORMS: &[Form] = &[page::HTML_FORM];
 
 /// Where a block is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

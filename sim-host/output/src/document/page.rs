@@ -10,7 +10,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 const UPLOT: &str = include_str!("../../assets/uPlot.iife.min.js");
 const UPLOT_CSS: &str = include_str!("../../assets/uPlot.min.css");
 
-pub(super) const FORM: Form =
+pub(super) const HTML_FORM: Form =
     Form { flag: "--html", help: "Write one self-contained HTML page", write: Document::page };
 
 impl Document {

@@ -394,6 +394,9 @@ impl<'d> TomlTable<'d> {
     }
 
     /// True or false under a key.
+    ///
+    /// # Errors
+    /// A key that is missing; another kind of value.
     pub fn truth(&self, key: &str) -> Result<bool, InputError> {
         let value = self.value(key, "true or false")?;
         match value.value {

@@ -56,7 +56,7 @@ pub struct JointMemory {
     pub joint: usize,
     /// Place of its state in a [`Memory`](super::Memory).
     pub slot: usize,
-    /// The state after a long way back, and after a long way forth.
+    /// The state after a long way back, and after a long way forth, −1 to 1.
     pub ends: [f64; 2],
 }
 

@@ -16,7 +16,7 @@ use trueweld_plant::simulate::{ControllerKind, RecordRow, RunError, Seam, WeldPr
 
 /// One of each, at a joint where it matters in the first weld, of a size that a laboratory would
 /// look for.
-const ONE_OF_EACH: [&str; 37] = [
+const ONE_OF_EACH: &[&str] = &[
     "stiffness-error:A3:relative=0.2",
     "damping-error:A2:relative=0.5",
     "nonlinear-stiffness:A4:gain=0.5,twist_rad=8e-4",
