@@ -12,9 +12,13 @@ const MOST_PIECES: usize = 500;
 
 /// Text of a weld's file: `weld/1` where that holds all of it.
 pub fn weld_file(weld: &Weld) -> String {
+    let held = match weld.force {
+        0.0 => "held = \"position\"\n".to_owned(),
+        force => format!("force_n = {force:?}\nforce_ramp_s = {:?}\n", weld.force_ramp),
+    };
     let rest = format!(
-        "feed_m_s = {:?}\nfeed_ramp_s = {:?}\nforce_n = {:?}\nforce_ramp_s = {:?}\ninitial_depth_m = {:?}\nsettle_s = {:?}\n",
-        weld.feed, weld.feed_ramp, weld.force, weld.force_ramp, weld.initial_depth, weld.settle
+        "feed_m_s = {:?}\nfeed_ramp_s = {:?}\n{held}initial_depth_m = {:?}\nsettle_s = {:?}\n",
+        weld.feed, weld.feed_ramp, weld.initial_depth, weld.settle
     );
     let of_first_format = weld.path.is_none()
         && weld.lean == [0.0; 2]
