@@ -24,7 +24,7 @@
 
 //!
 //! ```no_run
-//! use trueweld_diagnose::diagnose;
+//! use trueweld_diagnose::{Diagnosed, diagnose};
 //! use trueweld_estimate::fit::FitProblem;
 //! use trueweld_estimate::residuals::compare::{baseline, experiments};
 //! use trueweld_logs::campaign::read_logs;
@@ -34,7 +34,8 @@
 //! let (_, logs) = read_logs(&["my-campaign".into()])?;
 //! let model = ModelFile::read("my-campaign/model.toml")?;
 //! let experiments = experiments(&logs, &baseline(&model))?;
-//! let diagnosis = diagnose(&FitProblem::new(&model, experiments), &logs, &|_, _| ())?;
+//! let Diagnosed { diagnosis, .. } =
+//!     diagnose(&FitProblem::new(&model, experiments), &logs, &|_, _| ())?;
 //! println!("{}: {} explanations", diagnosis.verdict.name(), diagnosis.candidates.len());
 //! # Ok(())
 //! # }
