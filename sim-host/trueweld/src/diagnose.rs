@@ -1,8 +1,8 @@
 //! Which physical effect is missing in a model.
 
-use crate::measured::{ComparedLogs, MeasuredLogs, WorkProgress, after};
+use crate::measured::{ComparedLogs, MeasuredLogs};
+use crate::work::{MeasuredWork, WorkProgress};
 use miette::{IntoDiagnostic, Result};
-use std::time::{Duration, Instant};
 use trueweld_diagnose::discover::{Discovery, discover, settling_experiment};
 use trueweld_diagnose::{Diagnosis, Explanation, explain};
 use trueweld_estimate::residuals::compare::{LogComparison, Notice};
@@ -21,16 +21,14 @@ const DIAGNOSIS_PREDICTIONS: [f64; 2] = [350.0, 1200.0];
 /// # Ok::<(), miette::Report>(())
 /// ```
 pub fn diagnose(measured: &mut MeasuredLogs) -> DiagnoseOptions<'_> {
-    DiagnoseOptions { measured, deadline: None, progress: &|_| {} }
+    MeasuredWork::new(measured, DiagnoseTask)
 }
 
 /// How a diagnosis is made.
-#[must_use]
-pub struct DiagnoseOptions<'a> {
-    measured: &'a mut MeasuredLogs,
-    deadline: Option<Instant>,
-    progress: &'a (dyn Fn(WorkProgress<'_>) + Sync),
-}
+pub type DiagnoseOptions<'a> = MeasuredWork<'a, DiagnoseTask>;
+
+/// A diagnosis of measured logs.
+pub struct DiagnoseTask;
 
 /// What a diagnosis comes to.
 pub struct CellDiagnosis {
@@ -48,35 +46,16 @@ pub struct CellDiagnosis {
     pub notices: Vec<Notice>,
 }
 
-impl<'a> DiagnoseOptions<'a> {
-    /// No new work is begun after this time: the best answer so far is given, and what was left
-    /// undone.
-    pub fn deadline(self, deadline: Option<Instant>) -> Self {
-        Self { deadline, ..self }
-    }
-
-    /// The same after so much time from now on.
-    pub fn budget(self, budget: Duration) -> Self {
-        self.deadline(after(budget))
-    }
-
-    /// Tells how long it will take, and how far it is.
-    pub fn on_progress(self, progress: &'a (dyn Fn(WorkProgress<'_>) + Sync)) -> Self {
-        Self { progress, ..self }
-    }
-
+impl MeasuredWork<'_, DiagnoseTask> {
     /// Makes the diagnosis.
     ///
     /// # Errors
     /// Gross mistakes in the files; a log that the model cannot be driven through.
-    pub fn run(self) -> Result<CellDiagnosis> {
-        let Self { measured, deadline, progress } = self;
-        measured.must_be_usable()?;
-        measured.problem.deadline = deadline;
-        if let Some(seconds) = measured.expect(DIAGNOSIS_PREDICTIONS) {
-            progress(WorkProgress::Takes(seconds));
-        }
-        let MeasuredLogs { logs, problem, .. } = &*measured;
+    pub fn run(mut self) -> Result<CellDiagnosis> {
+        self.measured.must_be_usable()?;
+        let progress = self.begin(DIAGNOSIS_PREDICTIONS);
+        let measured = &*self.measured;
+        let MeasuredLogs { logs, problem, .. } = measured;
         let stage = |from: f64, part: f64| {
             move |what: &str, share: f64| progress(WorkProgress::At(what, from + part * share))
         };

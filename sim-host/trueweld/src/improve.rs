@@ -1,9 +1,9 @@
 //! A model with what was missing in it, refitted, and with what the logs leave open of its numbers.
 
-use crate::measured::{ComparedLogs, HeldOutLogs, MeasuredLogs, WorkProgress, after};
+use crate::measured::{ComparedLogs, HeldOutLogs, MeasuredLogs};
+use crate::work::{MeasuredWork, WorkProgress};
 use miette::{IntoDiagnostic, Result};
 use std::path::Path;
-use std::time::{Duration, Instant};
 use trueweld_diagnose::improve::{self, EffectOrigin, Improvement, model_file};
 use trueweld_diagnose::posterior::{not_bounded, posterior};
 use trueweld_diagnose::{ExplanationReason, reason_of_best};
@@ -25,16 +25,15 @@ const IMPROVEMENT_PREDICTIONS: [f64; 2] = [400.0, 1600.0];
 /// # Ok::<(), miette::Report>(())
 /// ```
 pub fn improve(measured: &mut MeasuredLogs) -> ImproveOptions<'_> {
-    ImproveOptions { measured, held_out: None, deadline: None, progress: &|_| {} }
+    MeasuredWork::new(measured, ImproveTask { held_out: None })
 }
 
 /// How a model is improved.
-#[must_use]
-pub struct ImproveOptions<'a> {
-    measured: &'a mut MeasuredLogs,
+pub type ImproveOptions<'a> = MeasuredWork<'a, ImproveTask<'a>>;
+
+/// An improvement of the model of measured logs.
+pub struct ImproveTask<'a> {
     held_out: Option<&'a HeldOutLogs>,
-    deadline: Option<Instant>,
-    progress: &'a (dyn Fn(WorkProgress<'_>) + Sync),
 }
 
 /// What an improvement comes to.
@@ -60,41 +59,24 @@ pub struct ImprovedModel {
     robot: RobotFile,
 }
 
-impl<'a> ImproveOptions<'a> {
+impl<'a> MeasuredWork<'a, ImproveTask<'a>> {
     /// Every step is judged by these logs, in place of blocks in time of those that are fitted.
-    pub fn held_out(self, held_out: Option<&'a HeldOutLogs>) -> Self {
-        Self { held_out, ..self }
-    }
-
-    /// No new work is begun after this time: the best answer so far is given, and what was left
-    /// undone.
-    pub fn deadline(self, deadline: Option<Instant>) -> Self {
-        Self { deadline, ..self }
-    }
-
-    /// The same after so much time from now on.
-    pub fn budget(self, budget: Duration) -> Self {
-        self.deadline(after(budget))
-    }
-
-    /// Tells how long it will take, and how far it is.
-    pub fn on_progress(self, progress: &'a (dyn Fn(WorkProgress<'_>) + Sync)) -> Self {
-        Self { progress, ..self }
+    pub fn held_out(mut self, held_out: Option<&'a HeldOutLogs>) -> Self {
+        self.task.held_out = held_out;
+        self
     }
 
     /// Improves the model.
     ///
     /// # Errors
     /// Gross mistakes in the files; a log that a model cannot be driven through.
-    pub fn run(self) -> Result<ImprovedModel> {
-        let Self { measured, held_out, deadline, progress } = self;
-        measured.must_be_usable()?;
+    pub fn run(mut self) -> Result<ImprovedModel> {
+        let ImproveTask { held_out } = self.task;
+        self.measured.must_be_usable()?;
         held_out.map_or(Ok(()), HeldOutLogs::must_be_usable)?;
-        measured.problem.deadline = deadline;
-        if let Some(seconds) = measured.expect(IMPROVEMENT_PREDICTIONS) {
-            progress(WorkProgress::Takes(seconds));
-        }
-        let MeasuredLogs { model, logs, problem, .. } = &*measured;
+        let progress = self.begin(IMPROVEMENT_PREDICTIONS);
+        let measured = &*self.measured;
+        let MeasuredLogs { model, logs, problem, .. } = measured;
         let stage = |what: &str, share: f64| progress(WorkProgress::At(what, share));
         let judged = held_out.map(|of| &of.held_out);
         let done = improve::improve(problem, logs, judged, &stage).into_diagnostic()?;
@@ -183,16 +165,12 @@ mod tests {
     use trueweld_plant::effects::EffectKind;
     use trueweld_plant::input::MeasuredNumber;
 
-    #[test]
-    fn a_posterior_that_cannot_be_read_back_costs_the_posterior_and_not_the_model() {
-        let given = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/models/cable-drag.toml");
-        let model = ModelFile::read(given).unwrap();
+    fn posterior(variance: f64) -> Posterior {
         let kind = EffectKind::of("counterbalance-loss").unwrap();
-        let at = kind.places()[0];
-        let posterior = |variance: f64| Posterior {
+        Posterior {
             numbers: vec![MeasuredNumber {
                 kind,
-                at,
+                at: kind.places()[0],
                 occurrence: 0,
                 parameter: 0,
                 value: 0.1,
@@ -206,7 +184,13 @@ mod tests {
             undetermined: Vec::new(),
             not_measured: Vec::new(),
             seal: String::new(),
-        };
+        }
+    }
+
+    #[test]
+    fn a_posterior_that_cannot_be_read_back_costs_the_posterior_and_not_the_model() {
+        let given = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/models/cable-drag.toml");
+        let model = ModelFile::read(given).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("improved.toml");
         let written = |posterior| write_model(&model, posterior, &out, &Comments::default());

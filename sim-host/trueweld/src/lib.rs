@@ -82,20 +82,22 @@ mod measured;
 mod program;
 mod provenance;
 mod simulate;
+mod work;
 
 pub use cell::{CellFiles, PLANT_STEP, STEP_OF_MANY, WeldingCell, checked_option, is_same_file};
 pub use certify::{
     CertifyOptions, PreparedCertification, RequirementsFile, StartedCertification, certify,
 };
 pub use compare::compare;
-pub use diagnose::{CellDiagnosis, DiagnoseOptions, diagnose};
+pub use diagnose::{CellDiagnosis, DiagnoseOptions, DiagnoseTask, diagnose};
 pub use fixture::{Embedded, read_input};
 pub use identify::identify;
-pub use improve::{ImproveOptions, ImprovedModel, improve};
-pub use measured::{GivenLogs, HeldOutLogs, MeasuredLogs, WorkProgress, measured_provenance};
+pub use improve::{ImproveOptions, ImproveTask, ImprovedModel, improve};
+pub use measured::{GivenLogs, HeldOutLogs, MeasuredLogs, measured_provenance};
 pub use program::Program;
 pub use provenance::{SOURCES, VERSION, of_program};
 pub use simulate::{SimulateOptions, SimulatedWeld, SimulatedWelds, simulate};
+pub use work::{MeasuredWork, WorkProgress};
 
 pub use miette::Result;
 #[doc(hidden)]

@@ -4,12 +4,12 @@ use crate::cell::is_same_file;
 use crate::provenance::of_program;
 use miette::{IntoDiagnostic, Result, miette};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use trueweld_diagnose::DiagnosisFits;
 use trueweld_diagnose::improve::HeldOut;
 use trueweld_estimate::align::align_clocks;
 use trueweld_estimate::fit::{FitProblem, FitState, residuals};
-use trueweld_estimate::mistakes::{Found, find};
+use trueweld_estimate::log_faults::{Found, find};
 use trueweld_estimate::predict::Prediction;
 use trueweld_estimate::residuals::compare::{
     LogComparison, Notice, baseline, notices, of_comparable, of_each_log, of_logs,
@@ -261,18 +261,4 @@ impl HeldOutLogs {
     pub(crate) fn must_be_usable(&self) -> Result<()> {
         must_have_no_mistakes(&self.found)
     }
-}
-
-/// How far some work is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum WorkProgress<'a> {
-    /// It will take from so many to so many seconds.
-    Takes([f64; 2]),
-    /// What is done now, and the share of the whole that is done.
-    At(&'a str, f64),
-}
-
-/// The time from now on; no deadline where it is beyond what a clock counts.
-pub(crate) fn after(budget: Duration) -> Option<Instant> {
-    Instant::now().checked_add(budget)
 }
