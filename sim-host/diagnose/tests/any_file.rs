@@ -325,6 +325,7 @@ fn files_of_other_programs_are_named_with_how_to_convert_them() {
         assert!(error.message().contains(what) && error.help_text().contains(help), "{error}");
         let told = error.to_string();
         assert!(told.chars().all(|c| !c.is_control() || c == '\n'), "{told:?}");
+        assert!(told.contains("expected one of text, a KUKA trace, Parquet, MCAP"), "{told}");
     }
 }
 

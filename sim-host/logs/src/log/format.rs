@@ -12,8 +12,15 @@ pub(super) struct LogFormat {
     pub name: &'static str,
     /// First bytes of its files.
     pub magic: &'static [u8],
-    /// Opens a file; the feature that a build must have for it, where this one has not.
-    pub open: Result<OpenFile, &'static str>,
+    /// How they are read; the feature that a build must have for it, where this one has not.
+    pub reader: Result<FormatReader, &'static str>,
+}
+
+/// How files of a format are read.
+#[derive(Debug)]
+pub(super) struct FormatReader {
+    /// Opens a file.
+    pub open: OpenFile,
     /// Topics of a file that holds several kinds of messages; `None` where the format has none.
     pub topics: Option<ListTopics>,
 }

@@ -14,7 +14,7 @@
 //! Left out: other types of numbers, and channels one after the other.
 
 use super::blocks::{BlockRows, Blocks, damaged};
-use super::format::LogFormat;
+use super::format::FormatReader;
 use super::rows::{MOST_COLUMNS, ROW_FILE_BYTES_MAX, RowSource};
 use std::io::{BufReader, Read};
 use std::ops::Range;
@@ -28,13 +28,9 @@ const MOST_HEADER: u64 = 4 << 20;
 /// Rows in a block.
 const KUKA_BLOCK_ROWS: usize = 4096;
 
-/// The format.
-pub(super) const TRACE: LogFormat = LogFormat {
-    name: "a KUKA trace",
-    magic: b"DIAEXTENDED",
-    open: Ok(|entry| open_trace(&entry.path)),
-    topics: None,
-};
+/// How they are read.
+pub(super) const TRACE: FormatReader =
+    FormatReader { open: |entry| open_trace(&entry.path), topics: None };
 
 /// Where a channel's numbers are.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -10,7 +10,7 @@
 //! Messages are in CDR, as ROS 2 writes them. Left out: other messages and encodings.
 
 use super::blocks::{BlockRows, Blocks, damaged};
-use super::format::LogFormat;
+use super::format::FormatReader;
 use super::rows::{MOST_COLUMNS, ROW_FILE_BYTES_MAX, RowSource};
 use mcap::records::{ChunkHeader, Record};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -23,11 +23,9 @@ use trueweld_plant::input::{InputError, open};
 /// A message's topic, its kind, and its values by name.
 type Published = (String, Message, Vec<(String, f64)>);
 
-/// The format.
-pub(super) const MCAP: LogFormat = LogFormat {
-    name: "MCAP",
-    magic: b"\x89MCAP0\r\n",
-    open: Ok(|entry| open_mcap(&entry.path, entry.topic.as_deref())),
+/// How its files are read.
+pub(super) const MCAP: FormatReader = FormatReader {
+    open: |entry| open_mcap(&entry.path, entry.topic.as_deref()),
     topics: Some(topics),
 };
 

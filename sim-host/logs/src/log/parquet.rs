@@ -6,7 +6,7 @@
 
 use super::blocks::{BlockRows, Blocks, damaged};
 use super::files::FileEntry;
-use super::format::LogFormat;
+use super::format::FormatReader;
 use super::rows::{MOST_COLUMNS, ROW_FILE_BYTES_MAX, RowSource};
 use parquet::basic::{LogicalType, TimeUnit, Type};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
@@ -18,9 +18,8 @@ use std::fs::File;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use trueweld_plant::input::{InputError, open as open_file};
 
-/// The format.
-pub(super) const PARQUET: LogFormat =
-    LogFormat { name: "Parquet", magic: b"PAR1", open: Ok(open_parquet), topics: None };
+/// How its files are read.
+pub(super) const PARQUET: FormatReader = FormatReader { open: open_parquet, topics: None };
 
 /// Most numbers in a block.
 const PARQUET_BLOCK_NUMBERS: usize = 1 << 20;

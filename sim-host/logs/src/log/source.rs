@@ -5,19 +5,28 @@ use super::format::LogFormat;
 use super::rows::{ROW_FILE_BYTES_MAX, RowSource};
 use super::text::TextRows;
 use std::io::Read;
+use trueweld_plant::input::file::InputReader;
 use trueweld_plant::input::{InputError, Source, open as open_file};
 
-/// The formats: one line each, two where a feature brings it. What is none of them is text.
+/// The formats, those that a feature brings as well. What is none of them is text.
 static LOG_FORMATS: &[LogFormat] = &[
-    super::kuka::TRACE,
-    #[cfg(feature = "parquet")]
-    super::parquet::PARQUET,
-    #[cfg(not(feature = "parquet"))]
-    LogFormat { name: "Parquet", magic: b"PAR1", open: Err("parquet"), topics: None },
-    #[cfg(feature = "mcap")]
-    super::mcap::MCAP,
-    #[cfg(not(feature = "mcap"))]
-    LogFormat { name: "MCAP", magic: b"\x89MCAP0\r\n", open: Err("mcap"), topics: None },
+    LogFormat { name: "a KUKA trace", magic: b"DIAEXTENDED", reader: Ok(super::kuka::TRACE) },
+    LogFormat {
+        name: "Parquet",
+        magic: b"PAR1",
+        #[cfg(feature = "parquet")]
+        reader: Ok(super::parquet::PARQUET),
+        #[cfg(not(feature = "parquet"))]
+        reader: Err("parquet"),
+    },
+    LogFormat {
+        name: "MCAP",
+        magic: b"\x89MCAP0\r\n",
+        #[cfg(feature = "mcap")]
+        reader: Ok(super::mcap::MCAP),
+        #[cfg(not(feature = "mcap"))]
+        reader: Err("mcap"),
+    },
 ];
 
 /// First bytes of files that are not read, what they are, and what makes text of them.
@@ -77,23 +86,37 @@ fn foreign(start: &[u8]) -> Option<(&'static str, &'static str)> {
     known.map(|(_, what, help)| (*what, *help)).or(binary.then_some(other))
 }
 
+/// A file's first bytes and what follows them; the format that they tell, if any.
+type Opened = (Vec<u8>, InputReader, Option<&'static LogFormat>);
+
+fn open_start(entry: &FileEntry) -> Result<Opened, InputError> {
+    let mut input = open_file(&entry.path, ROW_FILE_BYTES_MAX)?;
+    let mut start = Vec::new();
+    if let Err(error) = (&mut input).take(START).read_to_end(&mut start) {
+        let message = format!("cannot be read: {error}");
+        let source = Source::new(&entry.path.display().to_string(), "");
+        return Err(source.error_of_file(message, "Check the path and its permissions."));
+    }
+    let format = format_of(&start);
+    Ok((start, input, format))
+}
+
+/// The format that a file's first bytes tell; `None` of text.
+pub(super) fn format_of(start: &[u8]) -> Option<&'static LogFormat> {
+    LOG_FORMATS.iter().find(|format| start.starts_with(format.magic))
+}
+
 /// Opens a file.
 pub(super) fn open(entry: &FileEntry) -> Result<Box<dyn RowSource>, InputError> {
     let name = entry.path.display().to_string();
-    let mut input = open_file(&entry.path, ROW_FILE_BYTES_MAX)?;
-    let mut start = Vec::new();
-    let read = (&mut input).take(START).read_to_end(&mut start);
-    if let Err(error) = read {
-        let message = format!("cannot be read: {error}");
-        let source = Source::new(&name, "");
-        return Err(source.error_of_file(message, "Check the path and its permissions."));
-    }
-    if let Some(format) = LOG_FORMATS.iter().find(|format| start.starts_with(format.magic)) {
-        return format.open.map_err(|feature| left_out(&name, format.name, feature))?(entry);
+    let (start, input, format) = open_start(entry)?;
+    if let Some(LogFormat { name: format, reader, .. }) = format {
+        let reader = reader.as_ref().map_err(|feature| left_out(&name, format, feature))?;
+        return (reader.open)(entry);
     }
     if let Some((what, help)) = foreign(&start) {
         let names: Vec<&str> = LOG_FORMATS.iter().map(|format| format.name).collect();
-        let message = format!("this is {what}; expected text or {}", names.join(", "));
+        let message = format!("this is {what}; expected one of text, {}", names.join(", "));
         return Err(Source::new(&name, "").error_of_file(message, help));
     }
     open_text(entry, std::io::Cursor::new(start).chain(input))
@@ -109,13 +132,9 @@ fn left_out(name: &str, format: &str, feature: &str) -> InputError {
 
 /// Topics of a file that holds several kinds of messages; `None` where it is no such file.
 pub(super) fn topics(entry: &FileEntry) -> Result<Option<Vec<String>>, InputError> {
-    let mut start = Vec::new();
-    let input = open_file(&entry.path, ROW_FILE_BYTES_MAX)?;
-    if input.take(START).read_to_end(&mut start).is_err() {
-        return Ok(None);
-    }
-    let format = LOG_FORMATS.iter().find(|format| start.starts_with(format.magic));
-    format.and_then(|format| format.topics).map(|topics| topics(&entry.path)).transpose()
+    let (.., format) = open_start(entry)?;
+    let topics = format.and_then(|format| format.reader.as_ref().ok()?.topics);
+    topics.map(|topics| topics(&entry.path)).transpose()
 }
 
 /// Text, whatever it is called.

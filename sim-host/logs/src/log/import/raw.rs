@@ -6,11 +6,11 @@ use crate::log::columns::MAPPABLE_COLUMNS;
 use crate::log::computed::sketch;
 use crate::log::files::FileEntry;
 use crate::log::rows::{ROW_FILE_BYTES_MAX, RowSource};
+use crate::log::source;
 use crate::log::text::{Dialect, SEPARATORS, decoded, is_missing};
 use crate::log::time_of_day::seconds;
 use crate::log::track::{FileTrack, WRITTEN};
 use crate::log::units::{Unit, unit_named};
-use crate::log::{kuka, source};
 use std::io::Read;
 use trueweld_plant::input::{InputError, open};
 
@@ -110,7 +110,7 @@ pub(super) fn read(mut entry: FileEntry) -> Result<Raw, InputError> {
 
 fn looks_like_text(start: &[u8]) -> bool {
     let binary = start.iter().filter(|b| **b < 9 || (14..32).contains(*b)).count();
-    binary == 0 && !start.starts_with(kuka::TRACE.magic)
+    binary == 0 && source::format_of(start).is_none()
 }
 
 /// How a text file is written, and what stands above its rows.
