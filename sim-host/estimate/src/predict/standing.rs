@@ -68,6 +68,39 @@ pub(super) struct StaticPrediction {
 }
 
 impl StaticPrediction {
+    /// A log under a wrench, axes of the sensor, with nothing hung on the flange, of which nothing is
+    /// compared yet. `gain`: what is left of the variance of the wrench.
+    fn under_wrench(
+        log: &Log,
+        noise: &NoiseLevels,
+        model: &BaselineModel,
+        [force, moment]: &[[Vec<f64>; 3]; 2],
+        gain: f64,
+    ) -> Self {
+        let time = &log.samples.time;
+        let wrench = |k: usize| Wrench { moment: vector(moment, k), force: vector(force, k) };
+        let load_uncertainty = load_uncertainty(log, noise, model, gain);
+        Self {
+            rows: Vec::new(),
+            time: time.iter().map(|t| t - time[0]).collect(),
+            motors: Vec::new(),
+            wrench: (0..time.len()).map(wrench).collect(),
+            band: None,
+            payload: vec![0; time.len()],
+            payloads: vec![Payload { mass: 0.0, centre: Vector3::zeros() }],
+            position: None,
+            rotation: None,
+            seen: None,
+            seen_turned: None,
+            lever: lever(noise),
+            seen_deviation: 0.0,
+            noise: Vec::new(),
+            load_uncertainty,
+            margin: load_uncertainty.component_div(model.robot.stiffness()),
+            period: f64::INFINITY,
+        }
+    }
+
     /// A static-load log.
     pub(super) fn of_loads(
         log: &Log,
@@ -76,9 +109,6 @@ impl StaticPrediction {
         compared: &mut Vec<Compared>,
     ) -> Result<Option<Self>, PredictError> {
         let s = &log.samples;
-        let n = s.time.len();
-        let [force, moment] = wrench_columns(log);
-        let wrench = |k: usize| Wrench { moment: vector(&moment, k), force: vector(&force, k) };
         // A row under a load that was not read is not compared.
         let loaded = |k: usize| {
             let read =
@@ -92,39 +122,26 @@ impl StaticPrediction {
             series.as_ref().map(|v| v.iter().enumerate().map(of).collect::<Vec<_>>())
         };
         let position = told(&s.position);
-        let mut payloads = vec![Payload { mass: 0.0, centre: Vector3::zeros() }];
-        let mut payload = vec![0; n];
-        for (k, p) in s.payload.iter().flatten().enumerate() {
-            if p.mass.is_finite() && p.mass != 0.0 {
-                payload[k] = payloads.iter().position(|q| q == p).unwrap_or_else(|| {
-                    payloads.push(*p);
-                    payloads.len() - 1
-                });
-            }
-        }
-        let load_uncertainty = load_uncertainty(log, noise, model, 1.0);
         let deviation = |levels: &[Option<NoiseLevel>; 3]| levels[0].map_or(0.0, |l| l.deviation);
         let rotation: Option<Vec<Matrix3<f64>>> =
             told(&s.rotation).map(|r| r.iter().map(rotation_from_vector).collect());
-        let standing = Self {
-            rows: (0..n).collect(),
-            time: s.time.iter().map(|t| t - s.time[0]).collect(),
+        let mut standing = Self {
+            rows: (0..s.time.len()).collect(),
             motors: s.encoder.iter().map(|q| Motors::at_rest(*q)).collect(),
-            wrench: (0..n).map(wrench).collect(),
-            band: None,
-            payload,
-            payloads,
-            noise: Vec::new(),
-            load_uncertainty,
-            margin: load_uncertainty.component_div(model.robot.stiffness()),
             seen: position.clone(),
             seen_turned: rotation.clone(),
             position,
-            lever: lever(noise),
             seen_deviation: deviation(&noise.position),
             rotation,
-            period: f64::INFINITY,
+            ..Self::under_wrench(log, noise, model, &wrench_columns(log), 1.0)
         };
+        for (k, p) in s.payload.iter().flatten().enumerate() {
+            if p.mass.is_finite() && p.mass != 0.0 {
+                let known = standing.payloads.iter().position(|q| q == p);
+                standing.payload[k] = known.unwrap_or(standing.payloads.len());
+                standing.payloads.extend(known.is_none().then_some(*p));
+            }
+        }
         standing.compare(log, noise, model, compared)?;
         Ok(Some(standing))
     }
@@ -147,9 +164,8 @@ impl StaticPrediction {
         let angle = spindle_angle(log);
         let spindle =
             s.spindle.as_ref().map_or(f64::INFINITY, |v| mean_abs(v)) / std::f64::consts::TAU;
-        let low =
-            LowPass::new(POSE_BAND.min(POSE_SPINDLE_SHARE * spindle).min(0.2 / period), period);
         let band = POSE_BAND.min(POSE_SPINDLE_SHARE * spindle);
+        let low = LowPass::new(band.min(0.2 / period), period);
         if n < 2 * low.half() + 2 {
             return Ok(None);
         }
@@ -162,7 +178,7 @@ impl StaticPrediction {
             let noise = levels.map(|level| level.map_or(0.0, |level| level.deviation));
             [0, 1, 2].map(|c| comb(&low, &orders, period, noise[c], &v[c]))
         };
-        let (force, moment) = (heard(force, &noise.force), heard(moment, &noise.moment));
+        let wrench = [heard(force, &noise.force), heard(moment, &noise.moment)];
         let every = ((0.4 / (band * period)).floor() as usize).max(1);
         let rows: Vec<usize> = (low.half()..n - low.half()).step_by(every).collect();
         let none = || Vector3::repeat(f64::NAN);
@@ -191,28 +207,17 @@ impl StaticPrediction {
         let back = |turned: Vec<Vector3<f64>>, first: &Matrix3<f64>| {
             turned.iter().map(|r| first * rotation_from_vector(r)).collect()
         };
-        let load_uncertainty =
-            load_uncertainty(log, noise, model, low.gain(0) * (1 + 2 * HEARD_ORDERS) as f64);
+        let gain = low.gain(0) * (1 + 2 * HEARD_ORDERS) as f64;
         let mut standing = Self {
-            time: s.time.iter().map(|t| t - s.time[0]).collect(),
             motors,
-            wrench: (0..n)
-                .map(|k| Wrench { moment: vector(&moment, k), force: vector(&force, k) })
-                .collect(),
             band: Some(low.clone()),
-            payload: vec![0; n],
-            payloads: vec![Payload { mass: 0.0, centre: Vector3::zeros() }],
-            noise: Vec::new(),
-            load_uncertainty,
-            margin: load_uncertainty.component_div(model.robot.stiffness()),
-            lever: lever(noise),
-            seen_deviation: 0.0,
             seen: tracker.as_ref().map(|t| seen(t, &s.position)),
             seen_turned: turned.as_ref().map(|(first, t)| back(seen(t, &s.rotation), first)),
             position: tracker.map(|t| slow(&t, &s.position)),
             rotation: turned.map(|(first, t)| back(slow(&t, &s.rotation), &first)),
             period,
             rows,
+            ..Self::under_wrench(log, noise, model, &wrench, gain)
         };
         let first = compared.len();
         standing.compare(log, noise, model, compared)?;
