@@ -11,21 +11,34 @@ use super::quantity::{short, warn};
 #[derive(Debug)]
 pub struct Relation<F: 'static> {
     /// The key at which a warning stands.
-    pub key: &'static str,
+    key: &'static str,
     /// The others that it is made from.
-    pub with: &'static [&'static str],
-    /// Its unit; empty of a share.
-    pub unit: &'static str,
+    with: &'static [&'static str],
     /// Least and largest value that is taken without a warning. Zero stands for something that is
     /// not there.
-    pub plausible: [f64; 2],
+    plausible: [f64; 2],
+    /// Its unit; empty of a share.
+    unit: &'static str,
     /// What it is.
-    pub meaning: &'static str,
+    meaning: &'static str,
     /// Its value.
     pub of: F,
 }
 
 impl<F> Relation<F> {
+    /// A relation: the key at which a warning stands, the other keys, the plausible range with its unit,
+    /// what the relation is and how its value follows.
+    pub const fn new(
+        key: &'static str,
+        with: &'static [&'static str],
+        plausible: [f64; 2],
+        unit: &'static str,
+        meaning: &'static str,
+        of: F,
+    ) -> Self {
+        Self { key, with, plausible, unit, meaning, of }
+    }
+
     /// Warns of a value outside the plausible range. `place`: where a key stands.
     pub(crate) fn check(&self, value: f64, place: &dyn Fn(&str) -> String) {
         let [low, high] = self.plausible;

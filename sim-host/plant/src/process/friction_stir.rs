@@ -114,108 +114,55 @@ type OfFrictionStir = fn(&FrictionStir, f64) -> f64;
 /// Relations of the process. Grades: of the tool from the practice of friction stir welding; of the
 /// macroscopic model a factor of seven about the published lap weld, from which the numbers of
 /// others are scaled.
+#[rustfmt::skip]
 static PROCESS_RELATIONS: [Relation<OfFrictionStir>; 7] = [
     // 2 kN on a pin of 5 mm for soft sheet, 18 kN for a lap weld in 2024.
-    Relation {
-        key: "pin_diameter_m",
-        with: &["reference_force_n"],
-        unit: "N/mm²",
-        plausible: [60.0, 3000.0],
-        meaning: "push over the square of the pin's diameter",
-        of: |p, _| p.reference_force / p.pin_diameter.powi(2) * 1e-6,
-    },
+    Relation::new("pin_diameter_m", &["reference_force_n"], [60.0, 3000.0], "N/mm²",
+        "push over the square of the pin's diameter",
+        |p, _| p.reference_force / p.pin_diameter.powi(2) * 1e-6),
     // 4 mm at 1400 rpm: 0.3 m/s.
-    Relation {
-        key: "spindle_rad_s",
-        with: &["pin_diameter_m"],
-        unit: "m/s",
-        plausible: [0.03, 1.2],
-        meaning: "speed of the pin's surface",
-        of: |p, spindle| 0.5 * spindle.abs() * p.pin_diameter,
-    },
+    Relation::new("spindle_rad_s", &["pin_diameter_m"], [0.03, 1.2], "m/s",
+        "speed of the pin's surface",
+        |p, spindle| 0.5 * spindle.abs() * p.pin_diameter),
     // 22 s/m: at 10 mm/s 22 % of the push.
-    Relation {
-        key: "feed_drag_ns_m",
-        with: &["reference_force_n"],
-        unit: "s/m",
-        plausible: [3.0, 150.0],
-        meaning: "drag along the weld per feed and push",
-        of: |p, _| p.feed_drag / p.reference_force,
-    },
-    Relation {
-        key: "lateral_damping_ns_m",
-        with: &["reference_force_n"],
-        unit: "s/m",
-        plausible: [3.0, 150.0],
-        meaning: "drag across the weld per speed and push",
-        of: |p, _| p.lateral_damping / p.reference_force,
-    },
-    Relation {
-        key: "lateral_stiffness_n_m",
-        with: &["reference_force_n"],
-        unit: "1/m",
-        plausible: [40.0, 2000.0],
-        meaning: "stiffness across the weld per push",
-        of: |p, _| p.lateral_stiffness / p.reference_force,
-    },
-    Relation {
-        key: "depth_damping_ns_m",
-        with: &["depth_stiffness_n_m"],
-        unit: "s",
-        plausible: [0.006, 0.3],
-        meaning: "time in which the material gives way in depth",
-        of: |p, _| p.depth_damping / p.depth_stiffness,
-    },
+    Relation::new("feed_drag_ns_m", &["reference_force_n"], [3.0, 150.0], "s/m",
+        "drag along the weld per feed and push",
+        |p, _| p.feed_drag / p.reference_force),
+    Relation::new("lateral_damping_ns_m", &["reference_force_n"], [3.0, 150.0], "s/m",
+        "drag across the weld per speed and push",
+        |p, _| p.lateral_damping / p.reference_force),
+    Relation::new("lateral_stiffness_n_m", &["reference_force_n"], [40.0, 2000.0], "1/m",
+        "stiffness across the weld per push",
+        |p, _| p.lateral_stiffness / p.reference_force),
+    Relation::new("depth_damping_ns_m", &["depth_stiffness_n_m"], [0.006, 0.3], "s",
+        "time in which the material gives way in depth",
+        |p, _| p.depth_damping / p.depth_stiffness),
     // A shoulder has two to four times the pin's diameter.
-    Relation {
-        key: "memory_length_m",
-        with: &["pin_diameter_m"],
-        unit: "",
-        plausible: [0.25, 8.0],
-        meaning: "travel over which the channel follows, in diameters of the pin",
-        of: |p, _| p.memory_length / p.pin_diameter,
-    },
+    Relation::new("memory_length_m", &["pin_diameter_m"], [0.25, 8.0], "",
+        "travel over which the channel follows, in diameters of the pin",
+        |p, _| p.memory_length / p.pin_diameter),
 ];
 
 /// The value of a relation of a weld and its process, at a spindle's speed.
 type OfWeld = fn(&Weld, &FrictionStir, f64) -> f64;
 
 /// Relations of a weld and the process that it is planned with, graded as those of a process.
+#[rustfmt::skip]
 static WELD_RELATIONS: [Relation<OfWeld>; 4] = [
-    Relation {
-        key: "force_n",
-        with: &["reference_force_n"],
-        unit: "",
-        plausible: [0.2, 5.0],
-        meaning: "push over the one at which the process is stated",
-        of: |w, p, _| w.force / p.reference_force,
-    },
+    Relation::new("force_n", &["reference_force_n"], [0.2, 5.0], "",
+        "push over the one at which the process is stated",
+        |w, p, _| w.force / p.reference_force),
     // From hot to cold welds.
-    Relation {
-        key: "feed_m_s",
-        with: &["spindle_rad_s"],
-        unit: "mm",
-        plausible: [0.05, 3.0],
-        meaning: "feed per turn of the spindle",
-        of: |w, _, spindle| w.feed * std::f64::consts::TAU / spindle.abs() * 1e3,
-    },
+    Relation::new("feed_m_s", &["spindle_rad_s"], [0.05, 3.0], "mm",
+        "feed per turn of the spindle",
+        |w, _, spindle| w.feed * std::f64::consts::TAU / spindle.abs() * 1e3),
     // Measured in friction stir welds: 5 to 60 %.
-    Relation {
-        key: "feed_m_s",
-        with: &["feed_drag_ns_m", "reference_force_n"],
-        unit: "",
-        plausible: [0.03, 1.0],
-        meaning: "drag along the weld over the push",
-        of: |w, p, _| w.feed * p.feed_drag / p.reference_force,
-    },
-    Relation {
-        key: "initial_depth_m",
-        with: &["depth_stiffness_n_m", "force_n"],
-        unit: "",
-        plausible: [0.0, 3.0],
-        meaning: "push at the start, under position control, over the push of the weld",
-        of: |w, p, _| w.initial_depth * p.depth_stiffness / w.force,
-    },
+    Relation::new("feed_m_s", &["feed_drag_ns_m", "reference_force_n"], [0.03, 1.0], "",
+        "drag along the weld over the push",
+        |w, p, _| w.feed * p.feed_drag / p.reference_force),
+    Relation::new("initial_depth_m", &["depth_stiffness_n_m", "force_n"], [0.0, 3.0], "",
+        "push at the start, under position control, over the push of the weld",
+        |w, p, _| w.initial_depth * p.depth_stiffness / w.force),
 ];
 
 impl ProcessModel for FrictionStir {

@@ -188,32 +188,18 @@ fn read(root: &TomlTable<'_>) -> Result<Box<dyn ProcessModel>, InputError> {
 /// The value of a relation of the process, at a spindle's speed.
 type OfMilling = fn(&PeripheralMilling, f64) -> f64;
 
+#[rustfmt::skip]
 static MILLING_RELATIONS: [Relation<OfMilling>; 3] = [
-    Relation {
-        key: "spindle_rad_s",
-        with: &["cutter_diameter_m"],
-        unit: "m/s",
-        plausible: [0.3, 60.0],
-        meaning: "cutting speed",
-        of: |p, spindle| 0.5 * spindle.abs() * p.diameter,
-    },
+    Relation::new("spindle_rad_s", &["cutter_diameter_m"], [0.3, 60.0], "m/s",
+        "cutting speed",
+        |p, spindle| 0.5 * spindle.abs() * p.diameter),
     // Of the published tables for aluminium 0.15 to 0.6.
-    Relation {
-        key: "radial_cutting_n_m2",
-        with: &["tangential_cutting_n_m2"],
-        unit: "",
-        plausible: [0.05, 1.5],
-        meaning: "radial over tangential force",
-        of: |p, _| p.cutting[1] / p.cutting[0],
-    },
-    Relation {
-        key: "axial_depth_m",
-        with: &["cutter_diameter_m"],
-        unit: "",
-        plausible: [0.01, 5.0],
-        meaning: "axial depth of cut in diameters of the tool",
-        of: |p, _| p.axial_depth / p.diameter,
-    },
+    Relation::new("radial_cutting_n_m2", &["tangential_cutting_n_m2"], [0.05, 1.5], "",
+        "radial over tangential force",
+        |p, _| p.cutting[1] / p.cutting[0]),
+    Relation::new("axial_depth_m", &["cutter_diameter_m"], [0.01, 5.0], "",
+        "axial depth of cut in diameters of the tool",
+        |p, _| p.axial_depth / p.diameter),
 ];
 
 /// Integrals over the edges in the cut, m: of sin², sin cos, cos², sin, cos and 1 of φ.
@@ -453,15 +439,10 @@ impl ProcessModel for PeripheralMilling {
     }
 
     fn check_weld(&self, spindle: f64, weld: &Weld, place: &dyn Fn(&str) -> String) {
-        /// A chip of a few micrometres rubs, one of a millimetre breaks the tooth.
-        static FEED_PER_TOOTH: Relation<()> = Relation {
-            key: "feed_m_s",
-            with: &["spindle_rad_s", "teeth"],
-            unit: "mm",
-            plausible: [0.01, 1.0],
-            meaning: "feed per tooth",
-            of: (),
-        };
-        FEED_PER_TOOTH.check(weld.feed * TAU / (self.teeth * spindle.abs()) * 1e3, place);
+        // A chip of a few micrometres rubs, one of a millimetre breaks the tooth.
+        let with = &["spindle_rad_s", "teeth"];
+        let feed_per_tooth =
+            Relation::new("feed_m_s", with, [0.01, 1.0], "mm", "feed per tooth", ());
+        feed_per_tooth.check(weld.feed * TAU / (self.teeth * spindle.abs()) * 1e3, place);
     }
 }

@@ -108,11 +108,7 @@ impl InputFile for Process {
             spindle: root.quantity_in(kind.quantities, "spindle_rad_s")?,
             // A process without ripple has no [[ripple]] table: that is how TOML writes an empty
             // list of tables.
-            ripple: if root.has("ripple") {
-                root.tables("ripple")?.iter().map(ripple).collect::<Result<_, _>>()?
-            } else {
-                Vec::new()
-            },
+            ripple: root.each_table("ripple", ripple)?,
         };
         process.model.check(process.spindle, &|key| root.place_of(key));
         Ok(process)
