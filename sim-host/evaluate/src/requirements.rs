@@ -267,23 +267,10 @@ impl InputFile for Requirements {
             failure_probability: root.quantity("failure_probability")?,
             confidence: root.quantity("confidence")?,
             uncertainty: uncertainty(&root.table("uncertainty")?)?,
-            uncertain: if root.has("uncertain") {
-                let tables = root.tables("uncertain")?;
-                tables.iter().map(UncertainEntry::read).collect::<Result<_, _>>()?
-            } else {
-                Vec::new()
-            },
-            worst_case: if root.has("worst_case") {
-                of_weld(&root.table("worst_case")?)?
-            } else {
-                Vec::new()
-            },
-            margins: if root.has("margins") {
-                Some(margins(&root.table("margins")?)?)
-            } else {
-                None
-            },
-            faults: if root.has("faults") { Some(faults(&root.table("faults")?)?) } else { None },
+            uncertain: root.each_table("uncertain", UncertainEntry::read)?,
+            worst_case: root.optional_table("worst_case", of_weld)?.unwrap_or_default(),
+            margins: root.optional_table("margins", margins)?,
+            faults: root.optional_table("faults", faults)?,
         })
     }
 }
@@ -376,12 +363,7 @@ fn faults(table: &TomlTable<'_>) -> Result<Faults, InputError> {
             seam_range: [at_most("seam_range_m", 1.0)?, at_most("seam_range_rad", 1.0)?],
             seam_offset: [at_most("seam_offset_m", 1.0)?, at_most("seam_offset_rad", 1.0)?],
         },
-        not_required: if table.has("not_required") {
-            let tables = table.tables("not_required")?;
-            tables.iter().map(not_required).collect::<Result<_, _>>()?
-        } else {
-            Vec::new()
-        },
+        not_required: table.each_table("not_required", not_required)?,
     })
 }
 

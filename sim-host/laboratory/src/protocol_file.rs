@@ -177,13 +177,8 @@ impl ProtocolFile {
         ])?;
         let folder = folder_of(path);
         let model = model(&root, path)?;
-        let effects = if root.has("effect") {
-            let tables = root.tables("effect")?;
-            let read = |table: &TomlTable<'_>| Ok(ModelEffect::read(table, &model.robot)?.effect);
-            tables.iter().map(read).collect::<Result<_, InputError>>()?
-        } else {
-            Vec::new()
-        };
+        let effects =
+            root.each_table("effect", |table| Ok(ModelEffect::read(table, &model.robot)?.effect))?;
         let tables = root.tables("log")?;
         if tables.is_empty() || tables.len() > PROTOCOL_LOGS_MAX {
             let expected = format!("from 1 to {PROTOCOL_LOGS_MAX} [[log]] tables");
@@ -197,22 +192,14 @@ impl ProtocolFile {
             }
             logs.push(log);
         }
-        let named = |key: &str| root.has(key).then(|| root.file(key, folder)).transpose();
+        let named = |key: &str| root.optional(key, |root, key| root.file(key, folder));
         Ok(Self {
             control: named("control")?.map(Control::read).transpose()?,
             sensors: named("sensors")?.map(Sensors::read).transpose()?,
-            noise: if root.has("noise") {
-                InstrumentNoise::read(&root.table("noise")?)?
-            } else {
-                InstrumentNoise::default()
-            },
-            noise_stated: if root.has("noise_stated") { root.truth("noise_stated")? } else { true },
-            reflectors: if root.has("reflectors") {
-                Some(reflectors(&root.table("reflectors")?)?)
-            } else {
-                None
-            },
-            seed: if root.has("seed") { root.integer("seed")? } else { 1 },
+            noise: root.optional_table("noise", InstrumentNoise::read)?.unwrap_or_default(),
+            noise_stated: root.optional("noise_stated", TomlTable::truth)?.unwrap_or(true),
+            reflectors: root.optional_table("reflectors", reflectors)?,
+            seed: root.optional("seed", TomlTable::integer)?.unwrap_or(1),
             model,
             effects,
             logs,
@@ -341,19 +328,11 @@ fn posture(table: &TomlTable<'_>, model: &ModelFile) -> Result<JointVector<f64>,
 }
 
 fn length(table: &TomlTable<'_>, otherwise: f64) -> Result<f64, InputError> {
-    if table.has("length_s") {
-        table.number("length_s", Bounds::Between(0.2, PROTOCOL_TIME_MAX))
-    } else {
-        Ok(otherwise)
-    }
+    table.number_or("length_s", Bounds::Between(0.2, PROTOCOL_TIME_MAX), otherwise)
 }
 
 fn loads(table: &TomlTable<'_>, model: &ModelFile) -> Result<LogPlan, InputError> {
-    let pause = if table.has("pause_s") {
-        table.number("pause_s", Bounds::Between(0.1, 1e5))?
-    } else {
-        PAUSE
-    };
+    let pause = table.number_or("pause_s", Bounds::Between(0.1, 1e5), PAUSE)?;
     let mut rows = Vec::new();
     for load in table.tables("load")? {
         load.only(&[
@@ -379,29 +358,23 @@ fn loads(table: &TomlTable<'_>, model: &ModelFile) -> Result<LogPlan, InputError
         };
         let motor = posture(&load, model)?;
         let vector = |key: &str, most: f64| -> Result<Vector3<f64>, InputError> {
-            if !load.has(key) {
-                return Ok(Vector3::zeros());
-            }
-            Ok(Vector3::from(load.numbers::<3>(key, Bounds::Between(-most, most))?))
+            let bounds = Bounds::Between(-most, most);
+            let read = load.optional(key, |load, key| load.numbers::<3>(key, bounds))?;
+            Ok(read.unwrap_or_default().into())
         };
         let to_tool = model.robot.robot.forward_kinematics(&motor).rotation.transpose();
         let force = vector("force_n", MOST_FORCE)? + to_tool * vector("force_base_n", MOST_FORCE)?;
         let moment = vector("moment_nm", MOST_MOMENT)?;
-        let payload = if load.has("payload_kg") {
-            load.number("payload_kg", Bounds::UpTo(MOST_PAYLOAD))?
-        } else {
-            0.0
-        };
+        let payload = load.number_or("payload_kg", Bounds::UpTo(MOST_PAYLOAD), 0.0)?;
         let centre = vector("centre_m", 5.0)?;
         if load.has("centre_m") && payload == 0.0 {
             let help = "It is where the payload's centre hangs, from the flange.";
             return Err(load.wrong_key("centre_m", "`payload_kg` beside it", help));
         }
-        let shares = if load.has("shares") {
-            load.list("shares", PROTOCOL_ROWS_MAX, Bounds::Between(-1.0, 1.0))?
-        } else {
-            vec![0.0, 1.0]
-        };
+        let both = Bounds::Between(-1.0, 1.0);
+        let shares =
+            load.optional("shares", |load, key| load.list(key, PROTOCOL_ROWS_MAX, both))?;
+        let shares = shares.unwrap_or_else(|| vec![0.0, 1.0]);
         if payload > 0.0 && shares.iter().any(|share| *share < 0.0) {
             let help = "A weight hangs down: its shares are from 0 to 1.";
             return Err(load.wrong("shares", "shares from 0 to 1, with a payload", help));
@@ -466,11 +439,7 @@ fn motion(table: &TomlTable<'_>, model: &ModelFile) -> Result<LogPlan, InputErro
         table.only(&["posture_deg", "takes_s", "dwell_s"])?;
         let to = posture(&table, model)?;
         let takes = table.number("takes_s", Bounds::Between(0.1, PROTOCOL_TIME_MAX))?;
-        let dwell = if table.has("dwell_s") {
-            table.number("dwell_s", Bounds::UpTo(PROTOCOL_TIME_MAX))?
-        } else {
-            MOVE_DWELL
-        };
+        let dwell = table.number_or("dwell_s", Bounds::UpTo(PROTOCOL_TIME_MAX), MOVE_DWELL)?;
         for (i, joint) in model.robot.parameters.joints.iter().enumerate() {
             let least = (to[i] - from[i]).abs() / (MEAN * joint.max_rate);
             if takes < least {
@@ -497,8 +466,7 @@ fn weld(table: &TomlTable<'_>, model: &ModelFile, folder: &Path) -> Result<LogPl
     };
     let path = table.file("weld", folder)?;
     let (name, text) = read_text(&path)?;
-    let spindle =
-        if table.has("spindle_rad_s") { table.quantity("spindle_rad_s")? } else { process.spindle };
+    let spindle = table.quantity_or("spindle_rad_s", process.spindle)?;
     let weld = Weld::parse(&text, &name)?;
     Ok(LogPlan::Weld(Box::new(PlannedWeld { weld, text, spindle })))
 }

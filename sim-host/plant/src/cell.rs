@@ -156,21 +156,7 @@ impl Cell {
     /// Frames of the real arm and the process' reaction on its tool.
     #[inline]
     pub fn contact(&self, time: f64, state: &State, drives: &Drives) -> Contact {
-        let react = |frames: Frames<f64>| {
-            let placed = self.seam.place(&frames.tcp.position);
-            let velocity = placed.axes.transpose() * frames.twist(&drives.link_rate).linear;
-            let trail = self.process.keeps_trail().then(|| state.trail());
-            let reaction = behind(
-                &self.process,
-                &self.robot.ports,
-                time,
-                (&placed.position, &velocity),
-                (state.channel(), trail),
-                state.spindle_angle(),
-            );
-            Contact { frames, reaction, axes: placed.axes }
-        };
-        let first = react(self.robot.model.frames(&drives.link));
+        let first = self.contact_at(time, state, drives, self.robot.model.frames(&drives.link));
         if !self.robot.ports.frames_give() {
             return first;
         }
@@ -183,7 +169,8 @@ impl Cell {
         let mut before: Option<Vector3<f64>> = None;
         for _ in 0..FRAME_ITERATIONS {
             let load = wrench(&contact.axes, &force);
-            contact = react(self.robot.frames(&drives.link, &load, time));
+            let frames = self.robot.frames(&drives.link, &load, time);
+            contact = self.contact_at(time, state, drives, frames);
             let residual = contact.reaction.force - force;
             if residual.amax() < FRAME_TOLERANCE {
                 break;
@@ -196,6 +183,28 @@ impl Cell {
             before = Some(residual);
         }
         contact
+    }
+
+    /// The same where the frames are known.
+    fn contact_at(
+        &self,
+        time: f64,
+        state: &State,
+        drives: &Drives,
+        frames: Frames<f64>,
+    ) -> Contact {
+        let placed = self.seam.place(&frames.tcp.position);
+        let velocity = placed.axes.transpose() * frames.twist(&drives.link_rate).linear;
+        let trail = self.process.keeps_trail().then(|| state.trail());
+        let reaction = behind(
+            &self.process,
+            &self.robot.ports,
+            time,
+            (&placed.position, &velocity),
+            (state.channel(), trail),
+            state.spindle_angle(),
+        );
+        Contact { frames, reaction, axes: placed.axes }
     }
 
     /// The right-hand side of (2.1) and of the process at a state, but for the motors' torque: see

@@ -91,7 +91,7 @@ impl Distribution {
     ) -> Result<(Self, &'static [&'static str]), InputError> {
         let number = |key| table.number(key, Bounds::Any);
         let positive = |key| table.number(key, Bounds::Positive);
-        let end = |key, without: f64| if table.has(key) { number(key) } else { Ok(without) };
+        let end = |key, without: f64| table.number_or(key, Bounds::Any, without);
         let name = table.text("distribution")?.text;
         let (read, keys): (Self, &[&str]) = match name {
             "fixed" => (Self::Fixed { value: number("value")? }, &["value"]),
@@ -118,7 +118,7 @@ impl Distribution {
             "lognormal" => {
                 let (median, spread) = (positive("median")?, positive("spread")?);
                 let factor = (CUT * spread).exp();
-                let low = if table.has("low") { positive("low")? } else { median / factor };
+                let low = table.number_or("low", Bounds::Positive, median / factor)?;
                 let high = end("high", median * factor)?;
                 (
                     Self::Lognormal { median, spread, low, high },

@@ -103,21 +103,16 @@ impl UncertainEntry {
                 "Set its ends with `low` and `high`.",
             ));
         }
-        let group = if table.has("group") {
-            let correlation = if table.has("correlation") {
-                table.number("correlation", Bounds::UpTo(1.0))?
-            } else {
-                1.0
-            };
-            Some(Group { name: table.name("group")?, correlation })
-        } else if table.has("correlation") {
+        let group = table.optional("group", |table, key| {
+            let correlation = table.number_or("correlation", Bounds::UpTo(1.0), 1.0)?;
+            Ok(Group { name: table.name(key)?, correlation })
+        })?;
+        if group.is_none() && table.has("correlation") {
             return Err(table.wrong("correlation", "a `group` beside it", "Name the group."));
-        } else {
-            None
-        };
+        }
         Ok(Self {
             subject,
-            at: if table.has("at") { table.text("at")?.text.to_owned() } else { String::new() },
+            at: table.optional("at", TomlTable::text)?.map_or("", |at| at.text).to_owned(),
             relative,
             distribution,
             group,

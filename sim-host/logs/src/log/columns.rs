@@ -167,10 +167,8 @@ impl ColumnMapping {
                 format!("Add factor = …: {} per {}, seen at the joint.", of.unit(), unit.name);
             return Err(table.wrong("unit", &expected, help));
         }
-        let number = |key: &str, default: f64| {
-            if table.has(key) { table.number(key, Bounds::Any) } else { Ok(default) }
-        };
-        let (factor, offset) = (number("factor", 1.0)?, number("offset", 0.0)?);
+        let factor = table.number_or("factor", Bounds::Any, 1.0)?;
+        let offset = table.number_or("offset", Bounds::Any, 0.0)?;
         if factor == 0.0 {
             return Err(table.wrong(
                 "factor",

@@ -66,10 +66,7 @@ impl ReadingPlan {
     /// Reads what the top level of a `log.toml` says.
     pub(crate) fn read(root: &TomlTable<'_>, folder: &Path) -> Result<Self, InputError> {
         let files = if root.has("files") {
-            root.tables("files")?
-                .iter()
-                .map(|table| file(table, folder))
-                .collect::<Result<Vec<_>, _>>()?
+            root.each_table("files", |table| file(table, folder))?
         } else {
             vec![FileEntry {
                 written: SAMPLES_FILE.to_owned(),
@@ -116,7 +113,7 @@ impl ReadingPlan {
 fn file(table: &TomlTable<'_>, folder: &Path) -> Result<FileEntry, InputError> {
     table.only(&["path", "clock", "delimiter", "decimal", "header", "rows", "topic"])?;
     let path = table.file("path", folder)?;
-    let clock = table.has("clock").then(|| table.name("clock")).transpose()?;
+    let clock = table.optional("clock", TomlTable::name)?;
     let delimiter = mark(table, "delimiter", &SEPARATORS.map(|(byte, _)| byte), b',')?;
     let decimal = mark(table, "decimal", b".,", b'.')?;
     if delimiter == decimal {
@@ -135,7 +132,7 @@ fn file(table: &TomlTable<'_>, folder: &Path) -> Result<FileEntry, InputError> {
         path,
         clock,
         dialect: Dialect { delimiter, decimal, header, rows },
-        topic: table.has("topic").then(|| table.name("topic")).transpose()?,
+        topic: table.optional("topic", TomlTable::name)?,
     })
 }
 
@@ -181,8 +178,7 @@ fn clocks(root: &TomlTable<'_>, files: &[FileEntry]) -> Result<Vec<ClockEntry>, 
         let table = all.table(name)?;
         table.only(&["offset_s", "drift"])?;
         let number = |key: &str, most: f64| {
-            let given = table.has(key);
-            given.then(|| table.number(key, Bounds::Between(-most, most))).transpose()
+            table.optional(key, |table, key| table.number(key, Bounds::Between(-most, most)))
         };
         let entry = ClockEntry {
             name: name.to_owned(),

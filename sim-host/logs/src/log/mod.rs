@@ -199,11 +199,9 @@ impl Log {
         let weld = if wanted("weld") { Some(Weld::read(named("weld")?)?) } else { None };
         let process =
             if wanted("process") { Some(Process::read(named("process")?)?) } else { None };
-        let period =
-            root.has("period_s").then(|| root.number("period_s", Bounds::Positive)).transpose()?;
-        let mounting =
-            root.has("tracker").then(|| mounting(&root.table("tracker")?)).transpose()?;
-        let wrench = root.has("wrench").then(|| sensor(&root.table("wrench")?)).transpose()?;
+        let period = root.optional("period_s", |root, key| root.number(key, Bounds::Positive))?;
+        let mounting = root.optional_table("tracker", mounting)?;
+        let wrench = root.optional_table("wrench", sensor)?;
         let plan = ReadingPlan::read(&root, folder)?;
         read.extend(plan.files.iter().map(|file| file.path.clone()));
 
@@ -242,11 +240,8 @@ impl Log {
         };
         header.require(kind, only, columns.as_ref().unwrap_or(&root))?;
         // Before the rows, of which there may be a gigabyte.
-        let noise = if root.has("noise") {
-            NoiseLevels::read(&root.table("noise")?, &header)?
-        } else {
-            NoiseLevels::default()
-        };
+        let noise = root.optional_table("noise", |table| NoiseLevels::read(table, &header))?;
+        let noise = noise.unwrap_or_default();
         let mut notices = header.notices(kind);
         let mut tracks = Vec::with_capacity(opened.len());
         let mut implausible = None;

@@ -548,15 +548,15 @@ impl CustomParameter {
                 false => format!("value at {x} and {across}"),
             }
         };
-        let value = |k: usize| Self {
+        let values = (0..table.places.count()).map(|k| Self {
             name: DefinedTable::name_of(k),
             unit: unit.to_owned(),
             meaning: meaning(k),
             role: CustomRole::Size(step),
             low: range[0],
             high: range[1],
-        };
-        (0..table.places.count()).map(value).collect()
+        });
+        values.collect()
     }
 
     /// True where it is a word that an expression at this port can use for a parameter.

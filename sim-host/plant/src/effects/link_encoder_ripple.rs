@@ -16,13 +16,7 @@ pub(super) static LINK_ENCODER_RIPPLE_EFFECT: EffectKind = EffectKind {
     experiment: "slow motion of the joint alone, with a tracker beside the second encoder",
     parameters: &[
         Parameter::size("amplitude_rad", "rad", "amplitude A", 5e-5, [0.0, 0.001]),
-        Parameter::new(
-            "order",
-            "1/turn",
-            "periods n per turn of the joint",
-            Role::Order,
-            [0.5, 2000.0],
-        ),
+        Parameter::order(2000.0),
         Parameter::new("phase_rad", "rad", "phase φ", Role::Phase, [-3.15, 3.15]),
     ],
     sentence: "the second encoder of {joint} has an error of its own of amplitude {|0|}, {1#} periods a turn",

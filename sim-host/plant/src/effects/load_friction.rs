@@ -56,17 +56,18 @@ mod tests {
     fn friction_is_a_share_of_the_load_against_the_motion() {
         let term = LoadFriction { ratio: 0.08 };
         for (load, rate) in [(3e3, 0.02), (-3e3, 0.02), (5e3, -4e-4), (0.0, 0.1)] {
-            let at = |rate: f64| JointState {
+            let still = JointState {
                 encoder: 0.3,
-                encoder_rate: rate,
+                encoder_rate: 0.0,
                 link: 0.299,
-                link_rate: rate,
+                link_rate: 0.0,
                 encoder_before: 0.0,
                 smoothing: 1e-3,
                 spring_torque: load,
                 remembered: 0.0,
                 time: 0.0,
             };
+            let at = |rate: f64| JointState { encoder_rate: rate, link_rate: rate, ..still };
             let friction = term.friction(&at(rate));
             let expected = 0.08 * f64::abs(load) * (rate / 1e-3).tanh();
             assert!((friction.value - expected).abs() < 1e-9, "{friction:?}, {expected}");

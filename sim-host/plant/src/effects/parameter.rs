@@ -83,6 +83,12 @@ impl Parameter {
         Self::new(name, unit, meaning, Role::Size { step, neutral: 0.0 }, range)
     }
 
+    /// Periods n per turn of the joint, up to `most`.
+    pub(super) const fn order(most: f64) -> Self {
+        let meaning = "periods n per turn of the joint";
+        Self::new("order", "1/turn", meaning, Role::Order, [0.5, most])
+    }
+
     /// The value without effect, or nearest to it; of a parameter that only shapes the effect one
     /// that a fit may start from.
     pub fn neutral(&self) -> f64 {

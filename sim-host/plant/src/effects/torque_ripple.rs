@@ -18,13 +18,7 @@ pub(super) static TORQUE_RIPPLE_EFFECT: EffectKind = EffectKind {
     experiment: "slow motion of the joint alone at a constant rate, motor torque",
     parameters: &[
         Parameter::size("amplitude_nm", "N·m", "amplitude A", 50.0, [0.0, 1000.0]),
-        Parameter::new(
-            "order",
-            "1/turn",
-            "periods n per turn of the joint",
-            Role::Order,
-            [0.5, 2000.0],
-        ),
+        Parameter::order(2000.0),
         Parameter::new("phase_rad", "rad", "phase φ", Role::Phase, [-3.15, 3.15]),
     ],
     sentence: "the motor of {joint} has a torque ripple of amplitude {|0|}, {1#} periods a turn",

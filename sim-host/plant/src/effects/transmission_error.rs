@@ -16,13 +16,7 @@ pub(super) static TRANSMISSION_ERROR_EFFECT: EffectKind = EffectKind {
     experiment: "slow motion of the joint alone through some teeth, tracker or second encoder",
     parameters: &[
         Parameter::size("amplitude_rad", "rad", "amplitude A", 5e-5, [0.0, 0.001]),
-        Parameter::new(
-            "order",
-            "1/turn",
-            "periods n per turn of the joint",
-            Role::Order,
-            [0.5, 500.0],
-        ),
+        Parameter::order(500.0),
         Parameter::new("phase_rad", "rad", "phase φ", Role::Phase, [-3.15, 3.15]),
     ],
     sentence: "the gear of {joint} has a transmission error of amplitude {|0|}, {1#} periods a turn",

@@ -64,6 +64,7 @@ fn compensation(table: &TomlTable<'_>) -> Result<CompensationLimits, InputError>
         "following_max_m",
     ])?;
     let bandwidth = table.quantity("bandwidth_hz")? * std::f64::consts::TAU;
+    let rate = table.quantity("following_rad_s")?;
     Ok(CompensationLimits {
         lateral: LoopLimits {
             bandwidth,
@@ -76,12 +77,8 @@ fn compensation(table: &TomlTable<'_>) -> Result<CompensationLimits, InputError>
             rate: table.quantity("max_rotation_rate_rad_s")?,
         },
         following: FollowingGains {
-            rate: table.quantity("following_rad_s")?,
-            along: if table.has("following_along_rad_s") {
-                table.quantity("following_along_rad_s")?
-            } else {
-                table.quantity("following_rad_s")?
-            },
+            rate,
+            along: table.quantity_or("following_along_rad_s", rate)?,
             size: table.quantity("following_max_m")?,
         },
     })

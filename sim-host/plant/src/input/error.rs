@@ -47,7 +47,11 @@ const SHOWN_LINE_CHARACTERS: usize = 80;
 /// Text without what a terminal obeys instead of showing: control characters but line feed and tab,
 /// and marks that turn the direction of writing. Each becomes one visible character.
 pub fn printable(text: &str) -> String {
-    let visible = |c| match c {
+    text.chars().map(visible).collect()
+}
+
+fn visible(c: char) -> char {
+    match c {
         '\n' | '\t' => c,
         '\0'..='\x1f' => char::from_u32(0x2400 + u32::from(c)).unwrap_or('�'),
         '\x7f' => '␡',
@@ -58,8 +62,7 @@ pub fn printable(text: &str) -> String {
         | '\u{202a}'..='\u{202e}'
         | '\u{2066}'..='\u{2069}' => '�',
         _ => c,
-    };
-    text.chars().map(visible).collect()
+    }
 }
 
 /// The lines of a file that an error shows, and where in the file they begin.

@@ -17,6 +17,7 @@ pub mod error;
 pub mod file;
 pub mod model;
 mod nearest;
+mod place;
 pub mod posterior;
 pub mod quantity;
 pub mod relation;

@@ -15,8 +15,9 @@
 //! covariance = [1e-6, 0.0, 4e-12]  # lower triangle, row by row
 //! ```
 
+use super::place::place_of;
 use super::table::TomlTable;
-use super::{Bounds, InputError, did_you_mean};
+use super::{Bounds, InputError, RobotFile, did_you_mean};
 use crate::effects::{EffectKind, Location};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -95,11 +96,11 @@ impl Posterior {
         self.covariance_of(i, i).sqrt()
     }
 
-    /// Reads the table. `kind`: the effect of an identifier, `at`: its place as it is written.
+    /// Reads the table. `kind`: the effect of an identifier.
     pub(super) fn read(
         table: &TomlTable<'_>,
         kind: impl Fn(&str) -> Option<&'static EffectKind>,
-        at: impl Fn(&'static EffectKind, &str) -> Result<Location, String>,
+        robot: &RobotFile,
     ) -> Result<Self, InputError> {
         table.only(&[
             "logs",
@@ -116,29 +117,16 @@ impl Posterior {
             "sha256",
         ])?;
         let texts = |key: &str| -> Result<Vec<String>, InputError> {
-            if !table.has(key) {
-                return Ok(Vec::new());
-            }
-            Ok(table.texts(key)?.into_iter().map(|text| text.text.to_owned()).collect())
+            let texts = table.optional(key, TomlTable::texts)?.unwrap_or_default();
+            Ok(texts.into_iter().map(|text| text.text.to_owned()).collect())
         };
         let names = texts("names")?;
         let places = texts("at")?;
         let count = names.len();
-        let lists = |key: &str, bounds: Bounds<'_>, count: usize| {
-            let list = if count == 0 && !table.has(key) {
-                Vec::new()
-            } else {
-                table.list(key, POSTERIOR_NUMBERS_MAX * (POSTERIOR_NUMBERS_MAX + 1) / 2, bounds)?
-            };
-            if list.len() == count {
-                return Ok(list);
-            }
-            let expected = format!("{count} numbers, for {} names", names.len());
-            Err(table.wrong(key, &expected, "One for each of `names`, in their order."))
-        };
-        let values = lists("values", Bounds::Any, count)?;
-        let between = lists("between_logs", Bounds::NonNegative, count)?;
-        let covariance = lists("covariance", Bounds::Product, count * (count + 1) / 2)?;
+        let values = list(table, "values", Bounds::Any, [count, count])?;
+        let between = list(table, "between_logs", Bounds::NonNegative, [count, count])?;
+        let triangle = [count * (count + 1) / 2, count];
+        let covariance = list(table, "covariance", Bounds::Product, triangle)?;
         if places.len() != count || count > POSTERIOR_NUMBERS_MAX {
             let expected = format!(
                 "{count} places, one for each of `names`, and at most {POSTERIOR_NUMBERS_MAX}"
@@ -167,7 +155,7 @@ impl Posterior {
                 Some(Ok(n)) if n > 1 => n - 1,
                 Some(_) => return Err(wrong("a number from 2 on behind the parameter")),
             };
-            let at = at(kind, place).map_err(|expected| wrong(&expected))?;
+            let at = place_of(kind, place, robot).map_err(|expected| wrong(&expected))?;
             let number = MeasuredNumber {
                 kind,
                 at,
@@ -205,4 +193,23 @@ impl Posterior {
             None => Ok(read),
         }
     }
+}
+
+/// So many numbers, for so many names; where there are none the key may be left out.
+fn list(
+    table: &TomlTable<'_>,
+    key: &str,
+    bounds: Bounds<'_>,
+    [count, names]: [usize; 2],
+) -> Result<Vec<f64>, InputError> {
+    if count == 0 && !table.has(key) {
+        return Ok(Vec::new());
+    }
+    let most = POSTERIOR_NUMBERS_MAX * (POSTERIOR_NUMBERS_MAX + 1) / 2;
+    let list = table.list(key, most, bounds)?;
+    if list.len() == count {
+        return Ok(list);
+    }
+    let expected = format!("{count} numbers, for {names} names");
+    Err(table.wrong(key, &expected, "One for each of `names`, in their order."))
 }

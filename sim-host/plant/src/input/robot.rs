@@ -146,7 +146,8 @@ fn friction(table: &TomlTable<'_>) -> Result<Friction<f64>, InputError> {
 fn counterbalance(table: &TomlTable<'_>) -> Result<Counterbalance<f64>, InputError> {
     table.only(&["cos_nm", "phase_rad", "angle_deg", "torque_nm"])?;
     let list = |key, most| {
-        if table.has(key) { table.list(key, most, Bounds::Of(key)) } else { Ok(Vec::new()) }
+        let read = table.optional(key, |table, key| table.list(key, most, Bounds::Of(key)));
+        read.map(Option::unwrap_or_default)
     };
     let angles = list("angle_deg", COUNTERBALANCE_POINTS)?;
     let torques = list("torque_nm", COUNTERBALANCE_POINTS)?;
@@ -164,7 +165,7 @@ fn counterbalance(table: &TomlTable<'_>) -> Result<Counterbalance<f64>, InputErr
     } else {
         Vec::new()
     };
-    let phase = if table.has("phase_rad") { table.quantity("phase_rad")? } else { 0.0 };
+    let phase = table.quantity_or("phase_rad", 0.0)?;
     let points = angles.iter().zip(torques).map(|(angle, torque)| [angle.to_radians(), torque]);
     Ok(Counterbalance { cosine: cosine.into_iter().collect(), phase, table: points.collect() })
 }
@@ -190,6 +191,23 @@ fn tool(table: &TomlTable<'_>) -> Result<ToolParameters<f64>, InputError> {
     })
 }
 
+/// A mass and an inertia that no body has.
+fn no_body(table: &TomlTable<'_>, mass: f64, inertia: &Matrix3<f64>) -> InputError {
+    if mass < 0.0 {
+        return table.wrong("mass_kg", "a mass not below 0", "Check its sign.");
+    }
+    let mut moments: [f64; 3] = inertia.symmetric_eigenvalues().into();
+    moments.sort_by(f64::total_cmp);
+    let [low, middle, high] = moments;
+    let expected = format!(
+        "principal moments that a body can have (none negative, the largest at most the sum of the other two), \
+         not {low:.4}, {middle:.4}, {high:.4} kg·m²"
+    );
+    let help = "The inertia is about the centre of mass, in axes of the link frame. Check its signs, its units \
+                and whether it was stated about another point.";
+    table.wrong("inertia_kg_m2", &expected, help)
+}
+
 /// What the core refused, at the value in the file that made it so.
 fn explain(
     error: ModelError,
@@ -199,21 +217,6 @@ fn explain(
     friction: &TomlTable<'_>,
     tool: &TomlTable<'_>,
 ) -> InputError {
-    let body = |table: &TomlTable<'_>, mass: f64, inertia: &Matrix3<f64>| {
-        if mass < 0.0 {
-            return table.wrong("mass_kg", "a mass not below 0", "Check its sign.");
-        }
-        let mut moments: [f64; 3] = inertia.symmetric_eigenvalues().into();
-        moments.sort_by(f64::total_cmp);
-        let [low, middle, high] = moments;
-        let expected = format!(
-            "principal moments that a body can have (none negative, the largest at most the sum of the other two), \
-             not {low:.4}, {middle:.4}, {high:.4} kg·m²"
-        );
-        let help = "The inertia is about the centre of mass, in axes of the link frame. Check its signs, its units \
-                    and whether it was stated about another point.";
-        table.wrong("inertia_kg_m2", &expected, help)
-    };
     let unit = |v: &Vector3<f64>| (v.norm() - 1.0).abs() <= 1e-6;
     match error {
         ModelError::NotFinite => root.error("holds a number that is not finite", "Check the numbers in this file."),
@@ -242,9 +245,9 @@ fn explain(
         }
         ModelError::Inertia(i) => {
             let p = &parameters.joints[i];
-            body(&joints[i], p.mass, &p.inertia)
+            no_body(&joints[i], p.mass, &p.inertia)
         }
-        ModelError::ToolInertia => body(tool, parameters.tool.mass, &parameters.tool.inertia),
+        ModelError::ToolInertia => no_body(tool, parameters.tool.mass, &parameters.tool.inertia),
         ModelError::Massless => joints[JOINTS - 1].wrong(
             "inertia_kg_m2",
             "an inertia about the last axis above 0, the tool included",

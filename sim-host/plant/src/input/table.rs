@@ -79,6 +79,65 @@ impl<'d> TomlTable<'d> {
         self.table.contains_key(key)
     }
 
+    /// What `read` makes of a key; `None` where the key is left out.
+    ///
+    /// # Errors
+    /// Those of `read`.
+    pub fn optional<T>(
+        &self,
+        key: &str,
+        read: impl FnOnce(&Self, &str) -> Result<T, InputError>,
+    ) -> Result<Option<T>, InputError> {
+        self.has(key).then(|| read(self, key)).transpose()
+    }
+
+    /// The same of the table under a key.
+    ///
+    /// # Errors
+    /// As [`TomlTable::table`], and those of `read`.
+    pub fn optional_table<T>(
+        &self,
+        key: &str,
+        read: impl FnOnce(&TomlTable<'d>) -> Result<T, InputError>,
+    ) -> Result<Option<T>, InputError> {
+        self.optional(key, |table, key| read(&table.table(key)?))
+    }
+
+    /// What `read` makes of each `[[key]]` table; nothing where there are none, which is how TOML writes
+    /// an empty list of tables.
+    ///
+    /// # Errors
+    /// As [`TomlTable::tables`], and those of `read`.
+    pub fn each_table<T>(
+        &self,
+        key: &str,
+        read: impl FnMut(&TomlTable<'d>) -> Result<T, InputError>,
+    ) -> Result<Vec<T>, InputError> {
+        let tables = self.optional(key, Self::tables)?.unwrap_or_default();
+        tables.iter().map(read).collect()
+    }
+
+    /// The number under a key; `otherwise` where the key is left out.
+    ///
+    /// # Errors
+    /// As [`TomlTable::number`].
+    pub fn number_or(
+        &self,
+        key: &str,
+        bounds: Bounds<'_>,
+        otherwise: f64,
+    ) -> Result<f64, InputError> {
+        if self.has(key) { self.number(key, bounds) } else { Ok(otherwise) }
+    }
+
+    /// The quantity under a key; `otherwise` where the key is left out.
+    ///
+    /// # Errors
+    /// As [`TomlTable::quantity`].
+    pub fn quantity_or(&self, key: &str, otherwise: f64) -> Result<f64, InputError> {
+        if self.has(key) { self.quantity(key) } else { Ok(otherwise) }
+    }
+
     /// The keys, in the file's order.
     pub fn keys(&self) -> Vec<&'d str> {
         let mut keys: Vec<_> = self.table.keys().collect();

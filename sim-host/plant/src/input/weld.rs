@@ -93,17 +93,16 @@ impl RealSeam {
             ["shift_x_m", "shift_y_m", "shift_z_m", "turn_x_rad", "turn_y_rad", "turn_z_rad"];
         const WAVE_KEYS: [&str; 3] = ["wave_m", "wave_length_m", "wave_phase_rad"];
         table.only(&[&MOVED_KEYS[..], &WAVE_KEYS].concat())?;
-        let or_none = |key| if table.has(key) { table.quantity(key) } else { Ok(0.0) };
         let mut by = [0.0; 6];
         for (value, key) in by.iter_mut().zip(MOVED_KEYS) {
-            *value = or_none(key)?;
+            *value = table.quantity_or(key, 0.0)?;
         }
         let [x, y, z, turns @ ..] = by;
         let wave = if WAVE_KEYS.iter().any(|key| table.has(key)) {
             Some(Wave {
                 amplitude: table.quantity("wave_m")?,
                 length: table.quantity("wave_length_m")?,
-                phase: or_none("wave_phase_rad")?,
+                phase: table.quantity_or("wave_phase_rad", 0.0)?,
             })
         } else {
             None
@@ -239,14 +238,13 @@ impl Weld {
             && first.normal == last.normal
             && along.dot(&axis).abs() < NORMAL_LENGTH_TOLERANCE;
         let (length, (_, start)) = (path.length(), path.at(0.0));
-        let or_none = |key| if root.has(key) { root.quantity(key) } else { Ok(0.0) };
+        let or_none = |key| root.quantity_or(key, 0.0);
         let feed = root.quantity("feed_m_s")?;
         let feed_ramp = root.quantity("feed_ramp_s")?;
         let run_out = or_none("run_out_m")?;
         let [force, force_ramp] = push(root)?;
-        let real = if root.has("real_seam") {
-            let table = root.table("real_seam")?;
-            let real = RealSeam::read(&table)?;
+        let real = root.optional_table("real_seam", |table| {
+            let real = RealSeam::read(table)?;
             let reach = |k: usize| {
                 let s = length * k as f64 / 100.0;
                 (s, (path.at(s).0 - first.position).norm())
@@ -263,10 +261,8 @@ impl Weld {
                     "Farther off it is another seam: teach it where it is, with [part] and [[point]].",
                 ));
             }
-            real
-        } else {
-            RealSeam::as_taught()
-        };
+            Ok(real)
+        })?;
         Ok(Self {
             start: first.position,
             end: last.position,
@@ -282,7 +278,7 @@ impl Weld {
             lean: [or_none("lead_deg")?.to_radians(), or_none("tilt_deg")?.to_radians()],
             dwell: or_none("dwell_s")?,
             run_out,
-            real,
+            real: real.unwrap_or_else(RealSeam::as_taught),
         })
     }
 
@@ -291,15 +287,13 @@ impl Weld {
         root: &TomlTable<'_>,
         tables: &[TomlTable<'_>],
     ) -> Result<Vec<PathPoint>, InputError> {
-        let (position, rotation) = if root.has("part") {
-            let part = root.table("part")?;
+        let part = root.optional_table("part", |part| {
             part.only(&["position_m", "abc_deg"])?;
             let [a, b, c] = part.quantities::<3>("abc_deg")?.map(f64::to_radians);
             let turn = Rotation3::from_euler_angles(c, b, a).into_inner();
-            (part.vector("position_m")?, turn)
-        } else {
-            (Vector3::zeros(), Matrix3::identity())
-        };
+            Ok((part.vector("position_m")?, turn))
+        })?;
+        let (position, rotation) = part.unwrap_or((Vector3::zeros(), Matrix3::identity()));
         if tables.len() > MOST_POINTS {
             let expected = format!("at most {MOST_POINTS} [[point]] tables");
             return Err(root.wrong_key("point", &expected, "A spline needs far fewer."));
@@ -336,8 +330,7 @@ fn push(root: &TomlTable<'_>) -> Result<[f64; 2], InputError> {
 
 /// `joined` and `corner_radius_m`.
 fn joined(root: &TomlTable<'_>) -> Result<Joined, InputError> {
-    let radius =
-        if root.has("corner_radius_m") { Some(root.quantity("corner_radius_m")?) } else { None };
+    let radius = root.optional("corner_radius_m", TomlTable::quantity)?;
     match (root.text("joined")?.text, radius) {
         ("spline", None) => Ok(Joined::Spline),
         ("spline", Some(_)) => Err(root.wrong_key(
@@ -413,7 +406,7 @@ fn feeds(
     ramp: f64,
     length: f64,
 ) -> Result<Vec<(f64, f64)>, InputError> {
-    let tables = if root.has("feed") { root.tables("feed")? } else { Vec::new() };
+    let tables = root.optional("feed", TomlTable::tables)?.unwrap_or_default();
     let rate = first / ramp.max(f64::MIN_POSITIVE);
     let way = |from: f64, to: f64| (to * to - from * from).abs() / (2.0 * rate);
     // Where the last change, or the rise, is over.

@@ -187,20 +187,29 @@ impl QuasiStaticLinks {
         memory
     }
 
+    /// Torque that a spring carries at a torsion, with what it remembers of the way there, N·m.
+    fn spring_torque_at(
+        &self,
+        robot: &ElasticRobot,
+        drives: &Drives,
+        i: usize,
+        torsion: f64,
+    ) -> f64 {
+        let (mut drives, mut memory) = (*drives, self.internal);
+        drives.link[i] = drives.motor[i] - torsion;
+        if let Some(way) = self.way_to(&drives) {
+            robot.remembered(&way, i, &self.internal, &mut memory);
+        }
+        robot.joint_spring_torque(&drives, i, &memory)
+    }
+
     /// Twist θ_E − θ of one joint at which its spring carries `torque`.
     fn torsion_under(&self, robot: &ElasticRobot, drives: &Drives, i: usize, torque: f64) -> f64 {
         let plain = torque / robot.model.stiffness()[i] - robot.ports.link_angle[i];
         if robot.spring_is_plain(i) {
             return plain;
         }
-        let mut at = |torsion: f64| {
-            let (mut drives, mut memory) = (*drives, self.internal);
-            drives.link[i] = drives.motor[i] - torsion;
-            if let Some(way) = self.way_to(&drives) {
-                robot.remembered(&way, i, &self.internal, &mut memory);
-            }
-            robot.joint_spring_torque(&drives, i, &memory) - torque
-        };
+        let mut at = |torsion: f64| self.spring_torque_at(robot, drives, i, torsion) - torque;
         let stiffness = robot.model.stiffness()[i];
         let mut torsion = root(&mut at, plain, stiffness);
         // In a gap the spring carries nothing over a range of torsions, and the link stays where it

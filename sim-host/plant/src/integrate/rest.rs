@@ -189,16 +189,18 @@ pub fn motors_for(cell: &Cell, link: &JointVector<f64>, wrench: &Wrench<f64>) ->
         }
         // Lower and upper end of the angles that carry just this torque; they differ only across a
         // gap.
-        let edge = |below: bool| {
-            let (mut low, mut high) = (link[i] - reach, link[i] + reach);
-            for _ in 0..60 {
-                let middle = 0.5 * (low + high);
-                if short_of(middle, below) { low = middle } else { high = middle }
-            }
-            0.5 * (low + high)
-        };
+        let edge = |below: bool| edge([link[i] - reach, link[i] + reach], |at| short_of(at, below));
         let middle = 0.5 * (edge(true) + edge(false));
         motor[i] = if spare(middle).is_finite() { middle } else { f64::NAN };
     }
     motor
+}
+
+/// Where a condition ceases to hold between two numbers, the first of which meets it.
+fn edge([mut low, mut high]: [f64; 2], holds: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if holds(middle) { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
 }

@@ -170,26 +170,14 @@ impl ElasticRobot {
     pub fn memories(&self) -> Vec<JointMemory> {
         let still = JointVector::zeros();
         let drives = Drives { link: still, link_rate: still, motor: still, motor_rate: still };
-        // A spring's twist goes the way of the encoder with the link held, a link's that of itself.
-        let end = |i: usize, term: &dyn Term, of_link: bool, way: f64, remembered: f64| {
-            let (encoder_rate, link_rate) = if of_link { (way, way) } else { (way, 0.0) };
-            let at = self.joint_point(&drives, i);
-            term.remembered_after(&JointState { encoder_rate, link_rate, remembered, ..at })
-        };
-        let ends = |i: usize, term: &JointTerm, of_link: bool| {
-            let (term, slot) = (term.0.as_ref(), term.1?);
-            let of = |way: f64| {
-                let [low, high] = [-1.0, 1.0].map(|start| end(i, term, of_link, way, start));
-                (high - low < MEMORY_DIFFERENCE_MIN).then_some(high)
-            };
-            let (back, forth) = (of(-MEMORY_WAY_MAX)?, of(MEMORY_WAY_MAX)?);
-            (back < forth).then_some(JointMemory { joint: i, slot, ends: [back, forth] })
-        };
         let kept = |i: usize| {
-            let ports = &self.ports;
+            let (ports, at) = (&self.ports, self.joint_point(&drives, i));
             let held = ports.spring[i].iter().map(|term| (term, false));
             let moved = ports.friction[i].iter().chain(&ports.link_torque[i]).map(|t| (t, true));
-            held.chain(moved).filter_map(move |(term, of_link)| ends(i, term, of_link))
+            held.chain(moved).filter_map(move |(term, of_link)| {
+                let (ends, slot) = (memory_ends(term.0.as_ref(), &at, of_link)?, term.1?);
+                Some(JointMemory { joint: i, slot, ends })
+            })
         };
         (0..JOINTS).flat_map(kept).collect()
     }
@@ -371,4 +359,19 @@ impl ElasticRobot {
             - counterbalance
             + 0.5 * (rotors + springs)
     }
+}
+
+/// What a term remembers after a long way back and forth; `None` where it does not come to the same
+/// from every start. A spring's twist goes the way of the encoder with the link held, a link's that of
+/// itself.
+fn memory_ends(term: &dyn Term, at: &JointState, of_link: bool) -> Option<[f64; 2]> {
+    let end = |way: f64| {
+        let link_rate = if of_link { way } else { 0.0 };
+        let [low, high] = [-1.0, 1.0].map(|remembered| {
+            term.remembered_after(&JointState { encoder_rate: way, link_rate, remembered, ..*at })
+        });
+        (high - low < MEMORY_DIFFERENCE_MIN).then_some(high)
+    };
+    let (back, forth) = (end(-MEMORY_WAY_MAX)?, end(MEMORY_WAY_MAX)?);
+    (back < forth).then_some([back, forth])
 }

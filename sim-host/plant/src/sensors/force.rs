@@ -1,6 +1,6 @@
 //! The force/torque sensor between flange and tool: filter, delay, mounting, noise, step and range.
 
-use super::model::{SensorEntry, errors, optional, stepped};
+use super::model::{SensorEntry, errors, stepped};
 use crate::input::{ForceSensor, InputError, Sensors, TomlTable};
 use nalgebra::{Matrix3, SVector, Vector3};
 use rand::RngExt;
@@ -54,13 +54,13 @@ fn read(table: &TomlTable<'_>, sensors: &mut Sensors) -> Result<(), InputError> 
         delay: table.quantity("delay_s")?,
         resolution: table.quantity("resolution_n")?,
         limits: ForceSensorLimits {
-            moment: optional(table, "range_nm", 0.0)?,
-            force: optional(table, "range_n", 0.0)?,
-            disagreement: optional(table, "disagreement_n", 0.0)?,
+            moment: table.quantity_or("range_nm", 0.0)?,
+            force: table.quantity_or("range_n", 0.0)?,
+            disagreement: table.quantity_or("disagreement_n", 0.0)?,
         },
         zero_moment: errors(table, "zero_nm")?,
         misalignment: errors(table, "misalignment_rad")?,
-        jitter: optional(table, "jitter_s", 0.0)?,
+        jitter: table.quantity_or("jitter_s", 0.0)?,
     };
     Ok(())
 }

@@ -70,12 +70,7 @@ pub(crate) fn ideal(seed: u64) -> Sensors {
     }
 }
 
-/// What a file may state of an instrument; `without` where it does not.
-pub(super) fn optional(table: &TomlTable<'_>, key: &str, without: f64) -> Result<f64, InputError> {
-    if table.has(key) { table.quantity(key) } else { Ok(without) }
-}
-
-/// The same of three axes.
+/// What a file may state of three axes of an instrument; zeros where it does not.
 pub(super) fn errors(table: &TomlTable<'_>, key: &str) -> Result<[f64; 3], InputError> {
     if table.has(key) { table.quantities(key) } else { Ok([0.0; 3]) }
 }

@@ -1,7 +1,7 @@
 //! The seam sensor: a laser line across the seam ahead of the tool, noisy, late, with lost
 //! readings. Seeded.
 
-use super::model::{DeviationSensor, SensorEntry, errors, of_seam, optional};
+use super::model::{DeviationSensor, SensorEntry, errors, of_seam};
 use crate::input::{InputError, SeamSensor, Sensors, TomlTable};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -66,13 +66,13 @@ fn read(table: &TomlTable<'_>, sensors: &mut Sensors) -> Result<(), InputError> 
         period: table.quantity_as("period_s", "seam.period_s")?,
         delay: table.quantity_as("delay_s", "seam.delay_s")?,
         lost: table.quantity("lost")?,
-        noise_factor: optional(table, "noise_factor", 1.0)?,
-        zero: optional(table, "zero_m", 0.0)?,
-        tilt_zero: optional(table, "tilt_zero_rad", 0.0)?,
-        scale: optional(table, "scale", 0.0)?,
+        noise_factor: table.quantity_or("noise_factor", 1.0)?,
+        zero: table.quantity_or("zero_m", 0.0)?,
+        tilt_zero: table.quantity_or("tilt_zero_rad", 0.0)?,
+        scale: table.quantity_or("scale", 0.0)?,
         misalignment: errors(table, "misalignment_rad")?,
-        jitter: optional(table, "jitter_s", 0.0)?,
-        hidden_delay: optional(table, "hidden_delay_s", 0.0)?,
+        jitter: table.quantity_or("jitter_s", 0.0)?,
+        hidden_delay: table.quantity_or("hidden_delay_s", 0.0)?,
     });
     Ok(())
 }

@@ -55,6 +55,20 @@ pub struct HealthWarning {
 }
 
 impl HealthWarning {
+    /// One row's, with no figures yet; its time is in rows, since sums of the period round.
+    fn new(row: &RecordRow, kind: HealthWarningKind) -> Self {
+        Self {
+            kind,
+            first_s: row.time,
+            phase: row.phase,
+            time_s: 1.0,
+            amplitude_n: None,
+            usual_n: None,
+            rate_rad_s: None,
+            frequency_hz: None,
+        }
+    }
+
     /// Takes the larger of both.
     fn grow(&mut self, next: &Self) {
         self.amplitude_n = self.amplitude_n.zip(next.amplitude_n).map(|(a, b)| a.max(b));
@@ -68,28 +82,17 @@ impl HealthWarning {
 pub fn health_warnings(rows: &[RecordRow], period: f64) -> Vec<HealthWarning> {
     let mut warnings: Vec<HealthWarning> = Vec::new();
     for row in rows.iter().filter(|row| row.health.warns()) {
-        let warning = |kind| HealthWarning {
-            kind,
-            first_s: row.time,
-            phase: row.phase,
-            // In rows first: sums of the period round.
-            time_s: 1.0,
-            amplitude_n: None,
-            usual_n: None,
-            rate_rad_s: None,
-            frequency_hz: None,
-        };
         let lines = row.health.lines.iter().zip(WATCHED_ORDERS).filter(|(line, _)| line.climbs);
         let climbing = lines.map(|(line, order)| HealthWarning {
             amplitude_n: Some(line.amplitude.into()),
             usual_n: Some(line.usual.into()),
-            ..warning(HealthWarningKind::SpindleLine(order))
+            ..HealthWarning::new(row, HealthWarningKind::SpindleLine(order))
         });
         let drives = row.health.drives.iter().enumerate().filter(|(_, drive)| drive.rings);
         let ringing = drives.map(|(joint, drive)| HealthWarning {
             rate_rad_s: Some(drive.rate.into()),
             frequency_hz: Some(drive.frequency.into()),
-            ..warning(HealthWarningKind::Ringing(joint))
+            ..HealthWarning::new(row, HealthWarningKind::Ringing(joint))
         });
         for next in climbing.chain(ringing) {
             match warnings.iter_mut().find(|known| known.kind == next.kind) {

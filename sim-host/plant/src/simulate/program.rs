@@ -65,6 +65,13 @@ struct SpeedPiece {
 }
 
 impl SpeedPiece {
+    /// A piece at one speed.
+    fn even(at: f64, path: f64, speed: f64, until: f64) -> Self {
+        Self { until, at, path, speed, change: 0.0, span: 1.0 }
+    }
+}
+
+impl SpeedPiece {
     fn rate(&self, time: f64) -> f64 {
         self.speed + self.gain(time) / self.span
     }
@@ -100,17 +107,9 @@ impl Feed {
         };
         let mut pieces = vec![rising];
         let (mut time, mut path, mut now) = (ramp, rise, speed);
-        let even = |time: f64, path: f64, speed: f64, until: f64| SpeedPiece {
-            until,
-            at: time,
-            path,
-            speed,
-            change: 0.0,
-            span: 1.0,
-        };
         for &(from, next) in &weld.feeds {
             let reached = time + (from - path) / now;
-            pieces.push(even(time, path, now, reached));
+            pieces.push(SpeedPiece::even(time, path, now, reached));
             let takes = span(next - now);
             pieces.push(SpeedPiece {
                 until: reached + takes,
@@ -132,7 +131,7 @@ impl Feed {
             let cruise = (length - path - 0.5 * now * falls) / now;
             [cruise, falls, time + cruise + falls, length]
         };
-        pieces.push(even(time, path, now, time + cruise));
+        pieces.push(SpeedPiece::even(time, path, now, time + cruise));
         let falling =
             SpeedPiece { until: end, at: end, path: way, speed: 0.0, change: -now, span: falls };
         pieces.push(falling);

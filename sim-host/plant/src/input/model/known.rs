@@ -11,7 +11,8 @@
 //! A calibration is fitted within these instead of what is usual; an effect that is none is not
 //! looked for.
 
-use crate::effects::{EffectError, EffectKind, Location, library};
+use crate::effects::{EffectKind, Location, library};
+use crate::input::place::place;
 use crate::input::table::TomlTable;
 use crate::input::{Bounds, InputError, RobotFile, nearest};
 
@@ -32,17 +33,18 @@ impl KnownEffect {
     ///
     /// # Errors
     /// The first thing that does not fit, with its place; a place that stands twice.
-    pub fn read_all(tables: &[TomlTable<'_>], robot: &RobotFile) -> Result<Vec<Self>, InputError> {
-        let mut all: Vec<Self> = Vec::new();
-        for table in tables {
+    pub fn read_all(root: &TomlTable<'_>, robot: &RobotFile) -> Result<Vec<Self>, InputError> {
+        let mut places = Vec::new();
+        root.each_table("known", |table| {
             let known = Self::read(table, robot)?;
-            if all.iter().any(|k| (k.kind.id, k.at) == (known.kind.id, known.at)) {
+            let place = (known.kind.id, known.at);
+            if places.contains(&place) {
                 let message = format!("{} stands twice there; expected it once", known.kind.id);
                 return Err(table.error(&message, "Say all that is known of it in one table."));
             }
-            all.push(known);
-        }
-        Ok(all)
+            places.push(place);
+            Ok(known)
+        })
     }
 
     fn read(table: &TomlTable<'_>, robot: &RobotFile) -> Result<Self, InputError> {
@@ -55,17 +57,7 @@ impl KnownEffect {
             let help = help.unwrap_or("docs/effects.md lists them.".to_owned());
             return Err(table.wrong("id", "an effect of the library", help));
         };
-        let at = if table.has("at") {
-            Some(kind.at(table.text("at")?.text, robot).map_err(|error| {
-                let expected = match error {
-                    EffectError::LocationKind { expected, .. } => expected,
-                    other => other.to_string(),
-                };
-                table.wrong("at", &expected, format!("Expected {expected}."))
-            })?)
-        } else {
-            None
-        };
+        let at = table.optional("at", |table, _| place(table, kind, robot))?;
         let mut deviation = vec![0.0; kind.parameters.len()];
         if table.has("deviation") {
             let of = table.table("deviation")?;

@@ -20,6 +20,7 @@ mod write;
 
 pub use known::KnownEffect;
 
+use super::place::place;
 use super::posterior::Posterior;
 use super::quantity::warn;
 use super::table::TomlTable;
@@ -31,7 +32,7 @@ use crate::effects::formula::{
     CustomParameter, CustomRole, Definition, MOST_PARAMETERS, NamedPort, PORTS,
 };
 use crate::effects::table::{DefinedTable, Places, TABLE_PLACES_MAX};
-use crate::effects::{self, Effect, EffectError, EffectKind, Role, library};
+use crate::effects::{self, Effect, EffectKind, Role, library};
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -142,29 +143,16 @@ impl ModelFile {
         root.only(&["schema", "robot", "process", "effect", "known", "posterior"])?;
         let robot_path = named_file(&root, "robot", path)?;
         let robot = RobotFile::read(&robot_path)?;
-        let process_path =
-            root.has("process").then(|| named_file(&root, "process", path)).transpose()?;
+        let process_path = root.optional("process", |root, key| named_file(root, key, path))?;
         let process = process_path.as_ref().map(Process::read).transpose()?;
-        // The baseline has no [[effect]] table: that is how TOML writes an empty list of tables.
-        let effects = if root.has("effect") {
-            root.tables("effect")?
-                .iter()
-                .map(|table| ModelEffect::read(table, &robot))
-                .collect::<Result<_, _>>()?
-        } else {
-            Vec::new()
-        };
+        let effects = root.each_table("effect", |table| ModelEffect::read(table, &robot))?;
         warn_of_twins(&effects, &robot, path);
-        let known = if root.has("known") {
-            KnownEffect::read_all(&root.tables("known")?, &robot)?
-        } else {
-            Vec::new()
-        };
-        let posterior = if root.has("posterior") {
-            Some(posterior(&root.table("posterior")?, &effects, &robot)?)
-        } else {
-            None
-        };
+        let known = KnownEffect::read_all(&root, &robot)?;
+        // Of these effects, and of others of the library.
+        let own = |id: &str| effects.iter().map(|e| e.effect.kind).find(|kind| kind.id == id);
+        let kind = |id: &str| own(id).or_else(|| EffectKind::of(id));
+        let posterior =
+            root.optional_table("posterior", |table| Posterior::read(table, kind, &robot))?;
         let path = path.to_owned();
         Ok(Self { path, robot, robot_path, process, process_path, effects, known, posterior })
     }
@@ -245,22 +233,11 @@ fn effect(table: &TomlTable<'_>, robot: &RobotFile) -> Result<ModelEffect, Input
     let id = table.name("id")?;
     let table = &table.clone().called(&id);
     let scope = scope(table)?;
-    let place = |kind: &EffectKind| {
-        let written = if table.has("at") { table.text("at")?.text } else { "" };
-        kind.at(written, robot).map_err(|error| {
-            let expected = if let EffectError::LocationKind { expected, .. } = error {
-                expected
-            } else {
-                error.to_string()
-            };
-            table.wrong("at", &expected, format!("Expected {expected}."))
-        })
-    };
     let (kind, at, values) = match effects::EffectKind::of(&id) {
         Some(kind) => {
             let names = kind.parameters.iter().map(|p| p.name);
             table.only(&["id", "at", "scope"].into_iter().chain(names).collect::<Vec<_>>())?;
-            let at = place(kind)?;
+            let at = place(table, kind, robot)?;
             (
                 kind,
                 at,
@@ -271,7 +248,7 @@ fn effect(table: &TomlTable<'_>, robot: &RobotFile) -> Result<ModelEffect, Input
         }
         None if table.has("port") || table.has("expression") => {
             let (kind, values) = own(table, id, scope)?;
-            (kind, place(kind)?, values)
+            (kind, place(table, kind, robot)?, values)
         }
         None => {
             let guess =
@@ -289,25 +266,6 @@ fn effect(table: &TomlTable<'_>, robot: &RobotFile) -> Result<ModelEffect, Input
         }
     };
     Ok(ModelEffect { effect: Effect { kind, at, values }, scope })
-}
-
-/// What measurements leave open of these effects and of others of the library.
-fn posterior(
-    table: &TomlTable<'_>,
-    effects: &[ModelEffect],
-    robot: &RobotFile,
-) -> Result<Posterior, InputError> {
-    let own = |id: &str| effects.iter().map(|e| e.effect.kind).find(|kind| kind.id == id);
-    Posterior::read(
-        table,
-        |id| own(id).or_else(|| EffectKind::of(id)),
-        |kind, at| {
-            kind.at(at, robot).map_err(|error| match error {
-                EffectError::LocationKind { expected, .. } => expected,
-                other => other.to_string(),
-            })
-        },
-    )
 }
 
 fn scope(table: &TomlTable<'_>) -> Result<Scope, InputError> {
@@ -347,7 +305,10 @@ fn value_or_start(
     start: f64,
     range: Bounds<'_>,
 ) -> Result<f64, InputError> {
-    if scope == Scope::Log && !table.has(key) { Ok(start) } else { table.number(key, range) }
+    match scope {
+        Scope::Log => table.number_or(key, range, start),
+        Scope::Campaign => table.number(key, range),
+    }
 }
 
 /// An effect of the user's own.
@@ -396,11 +357,9 @@ fn own(
         values.extend(values_of_table);
         of_table = Some(defined);
     }
-    let shows = if table.has("shows") {
-        table.name("shows")?
-    } else {
-        format!("whatever {} makes of {}", port.meaning, text.text.trim())
-    };
+    let shows = table
+        .optional("shows", TomlTable::name)?
+        .unwrap_or_else(|| format!("whatever {} makes of {}", port.meaning, text.text.trim()));
     let expression = text.text.to_owned();
     let definition = Definition { id, port, expression, shows, parameters, table: of_table };
     let kind = definition
@@ -436,22 +395,24 @@ fn port(table: &TomlTable<'_>) -> Result<&'static NamedPort, InputError> {
 /// Range of a value of a table that states none, in the steps at which slopes are taken.
 const TABLE_VALUE_RANGE: f64 = 1e3;
 
+/// The places of a table over one variable.
+fn rising(table: &TomlTable<'_>, key: &str) -> Result<Vec<f64>, InputError> {
+    let places = table.list(key, TABLE_PLACES_MAX, Bounds::Any)?;
+    if places.len() < 2 || !places.is_sorted_by(|a, b| a < b) {
+        let help = "The places between which the table's values are joined by straight lines.";
+        return Err(table.wrong(key, "two numbers or more, each above the one before", help));
+    }
+    Ok(places)
+}
+
 /// A table of an effect of the user's own: places, values there, and these as parameters.
 fn own_table(
     table: &TomlTable<'_>,
     port: &NamedPort,
 ) -> Result<(DefinedTable, Vec<f64>, Vec<CustomParameter>), InputError> {
     table.only(&["x", "across", "y", "bend", "step", "low", "high"])?;
-    let rising = |key: &str| {
-        let places = table.list(key, TABLE_PLACES_MAX, Bounds::Any)?;
-        if places.len() < 2 || !places.is_sorted_by(|a, b| a < b) {
-            let help = "The places between which the table's values are joined by straight lines.";
-            return Err(table.wrong(key, "two numbers or more, each above the one before", help));
-        }
-        Ok(places)
-    };
-    let x = rising("x")?;
-    let across = if table.has("across") { rising("across")? } else { Vec::new() };
+    let x = rising(table, "x")?;
+    let across = table.optional("across", rising)?.unwrap_or_default();
     let places = Places { x, across };
     let count = places.count();
     if count > TABLE_PLACES_MAX {
@@ -460,9 +421,7 @@ fn own_table(
             "A table over two variables has a value for each place of one at each of the other.";
         return Err(table.wrong("across", &expected, help));
     }
-    let optional =
-        |key: &str, bounds| table.has(key).then(|| table.number(key, bounds)).transpose();
-    let step = optional("step", Bounds::Positive)?.unwrap_or_else(|| port.small());
+    let step = table.number_or("step", Bounds::Positive, port.small())?;
     let y = table.list("y", TABLE_PLACES_MAX, Bounds::Any)?;
     if y.len() != count {
         let (expected, help) = match places.across.is_empty() {
@@ -475,14 +434,14 @@ fn own_table(
         return Err(table.wrong("y", &format!("{count} numbers, {expected}"), help));
     }
     let far = y.iter().fold(TABLE_VALUE_RANGE * step, |far, y| far.max(10.0 * y.abs()));
-    let low = optional("low", Bounds::Any)?.unwrap_or(-far);
-    let high = optional("high", Bounds::Any)?.unwrap_or(far);
+    let low = table.number_or("low", Bounds::Any, -far)?;
+    let high = table.number_or("high", Bounds::Any, far)?;
     if low >= high {
         return Err(table.wrong("high", "a number above `low`", "They bound what is plausible."));
     }
     // Each of them within what is plausible.
     table.list("y", TABLE_PLACES_MAX, Bounds::Between(low, high))?;
-    let bend = optional("bend", Bounds::Positive)?.unwrap_or(f64::INFINITY);
+    let bend = table.number_or("bend", Bounds::Positive, f64::INFINITY)?;
     let defined = DefinedTable { places, bend };
     let parameters = CustomParameter::of_table(&defined, port.unit, step, [low, high]);
     Ok((defined, y, parameters))
@@ -536,13 +495,10 @@ fn own_parameter(
         CustomRole::Size(_) => 0.0,
     };
     let value = value_or_start(table, "value", scope, start, Bounds::Between(low, high))?;
-    let text = |key: &str| {
-        if table.has(key) { table.name(key) } else { Ok(name.to_owned()) }
-    };
     let parameter = CustomParameter {
         name: name.to_owned(),
         unit: table.name("unit")?,
-        meaning: text("meaning")?,
+        meaning: table.optional("meaning", TomlTable::name)?.unwrap_or_else(|| name.to_owned()),
         role,
         low,
         high,

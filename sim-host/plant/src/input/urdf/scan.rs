@@ -213,14 +213,9 @@ fn attributes(
     span: &Range<usize>,
 ) -> Result<Vec<(String, String)>, InputError> {
     let broken = |error: &dyn std::fmt::Display| {
-        let message =
-            format!("an attribute of <{element}> cannot be read: {error}; expected name=\"value\"");
-        source.error(
-            span.clone(),
-            message,
-            "in this tag",
-            "Quote every value and name an attribute once.",
-        )
+        let what = format!("an attribute of <{element}> cannot be read: {error}");
+        let help = "Quote every value and name an attribute once.";
+        source.error(span.clone(), what + "; expected name=\"value\"", "in this tag", help)
     };
     let mut list = Vec::new();
     for attribute in tag.attributes() {

@@ -115,15 +115,12 @@ impl UrdfJoint {
     ) -> Option<(&'static str, &FixedLink)> {
         // The link that carries the joint itself is no frame on it.
         let frames = self.frames.get(1..).unwrap_or_default();
-        let has = |frame: &&FixedLink, word: &str| {
-            fits(frame)
-                && frame
-                    .name
-                    .to_lowercase()
-                    .split(|c: char| !c.is_alphanumeric())
-                    .any(|part| part == word)
+        let has = |frame: &FixedLink, word: &str| {
+            let name = frame.name.to_lowercase();
+            name.split(|c: char| !c.is_alphanumeric()).any(|part| part == word)
         };
-        words.iter().find_map(|word| frames.iter().find(|f| has(f, word)).map(|f| (*word, f)))
+        let fitting = |word: &str| frames.iter().find(|frame| fits(frame) && has(frame, word));
+        words.iter().find_map(|word| Some((*word, fitting(word)?)))
     }
 
     fn write_tool(&self, out: &mut String) {
