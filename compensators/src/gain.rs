@@ -47,3 +47,24 @@ pub(crate) const AT_MOST_TEN: &str = "a number above 0 and at most 10";
 pub(crate) fn usable_period(period: impl Real) -> Result<(), GainError> {
     positive(period, "period_s")
 }
+
+/// Declares the gains of a law, each with its default.
+macro_rules! gains {
+    ($(#[$about:meta])* pub struct $name:ident {
+        $($(#[$of:meta])* pub $key:ident: $kind:ty = $default:expr,)+
+    }) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        #[cfg_attr(feature = "configuration", derive(serde::Serialize, serde::Deserialize))]
+        pub struct $name {
+            $($(#[$of])* pub $key: $kind,)+
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($key: $default),+ }
+            }
+        }
+    };
+}
+pub(crate) use gains;

@@ -35,7 +35,7 @@
 use crate::by_compliance::ByCompliance;
 use crate::deviation_history::{DeviationHistory, beside_depth};
 use crate::estimate::Estimate;
-use crate::gain::{AT_MOST_ONE, AT_MOST_TEN, GainError, require, usable_period};
+use crate::gain::{AT_MOST_ONE, AT_MOST_TEN, GainError, gains, require, usable_period};
 use crate::law::{Law, Needs, Setup};
 use crate::{FeedForward, OuterIntegral};
 use nalgebra::{SMatrix, SVector, Vector3};
@@ -71,29 +71,18 @@ const EXCITED: f64 = 0.01;
 /// the plastic channel behind the tool sets (see seam tracking).
 const FORGETTING_TIMES: [f64; 2] = [3600.0, 480.0];
 
-/// Gains of the adaptive law: how well the model is known, one standard deviation each.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "configuration", derive(serde::Serialize, serde::Deserialize))]
-pub struct AdaptiveGains {
-    /// Of every joint's compliance, relative. 0.3: published stiffnesses of one robot differ by
-    /// more.
-    pub prior_compliance: f64,
-    /// Of the planned forces in the plane, relative. 0.3.
-    pub prior_force: f64,
-    /// Of the offset of lateral tilt, rad. 0.0005.
-    pub prior_tilt_rad: f64,
-    /// Of the offset across the seam, m. 0.0005.
-    pub prior_lateral_m: f64,
-}
-
-impl Default for AdaptiveGains {
-    fn default() -> Self {
-        Self {
-            prior_compliance: 0.3,
-            prior_force: 0.3,
-            prior_tilt_rad: 5e-4,
-            prior_lateral_m: 5e-4,
-        }
+gains! {
+    /// Gains of the adaptive law: how well the model is known, one standard deviation each.
+    pub struct AdaptiveGains {
+        /// Of every joint's compliance, relative. 0.3: published stiffnesses of one robot differ by
+        /// more.
+        pub prior_compliance: f64 = 0.3,
+        /// Of the planned forces in the plane, relative. 0.3.
+        pub prior_force: f64 = 0.3,
+        /// Of the offset of lateral tilt, rad. 0.0005.
+        pub prior_tilt_rad: f64 = 5e-4,
+        /// Of the offset across the seam, m. 0.0005.
+        pub prior_lateral_m: f64 = 5e-4,
     }
 }
 

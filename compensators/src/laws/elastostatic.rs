@@ -15,7 +15,7 @@
 //! It is a positive feedback: the material answers the correction with force. Tuning: the wrench
 //! filter's corner below the spindle's frequency, and the loops' bandwidth below the force loop's.
 
-use crate::gain::{GainError, require};
+use crate::gain::{GainError, gains, require};
 use crate::law::{Law, Needs, Setup};
 use nalgebra::Vector2;
 use trueweld_core::compensation::{Compensator, Observation};
@@ -23,20 +23,14 @@ use trueweld_core::filter::{Biquad, Filter, FilterBank};
 use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, Real, Robot, Twist, Wrench};
 
-/// Gains of the elastostatic law.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "configuration", derive(serde::Serialize, serde::Deserialize))]
-pub struct ElastostaticGains {
-    /// Corner of the second-order low-pass on the wrench, Hz. 5: half of a spindle's 600 rpm.
-    pub wrench_filter_hz: f64,
-    /// What the force sensor gives along x and y of T per axial force, as a calibration under pure
-    /// push says. 0 each.
-    pub crosstalk: [f64; 2],
-}
-
-impl Default for ElastostaticGains {
-    fn default() -> Self {
-        Self { wrench_filter_hz: 5.0, crosstalk: [0.0; 2] }
+gains! {
+    /// Gains of the elastostatic law.
+    pub struct ElastostaticGains {
+        /// Corner of the second-order low-pass on the wrench, Hz. 5: half of a spindle's 600 rpm.
+        pub wrench_filter_hz: f64 = 5.0,
+        /// What the force sensor gives along x and y of T per axial force, as a calibration under pure
+        /// push says. 0 each.
+        pub crosstalk: [f64; 2] = [0.0; 2],
     }
 }
 

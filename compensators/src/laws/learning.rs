@@ -28,7 +28,7 @@
 //! segment of 8 mm has 65 readings at 10 mm/s), less for fewer readings.
 
 use crate::deviation_history::DeviationHistory;
-use crate::gain::{GainError, positive, require, usable_period};
+use crate::gain::{GainError, gains, positive, require, usable_period};
 use crate::law::{Law, Needs, Setup};
 use crate::{FeedForward, OuterIntegral, SeamTracking, TrackingGains};
 use heapless::Vec;
@@ -85,21 +85,15 @@ impl<T: Real> Segment<T> {
     }
 }
 
-/// Gains of the learning law.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "configuration", derive(serde::Serialize, serde::Deserialize))]
-pub struct LearningGains {
-    /// γ, above 0 and at most 1. 1: the next pass is corrected by all of this one's error.
-    pub share: f64,
-    /// λ of the seam tracking on top, rad/s; see [`TrackingGains`].
-    pub rate_rad_s: f64,
-    /// σ of the seam tracking on top, s/m; see [`TrackingGains`].
-    pub seam_shape_s_m: f64,
-}
-
-impl Default for LearningGains {
-    fn default() -> Self {
-        Self { share: 1.0, rate_rad_s: 3.0, seam_shape_s_m: 0.0 }
+gains! {
+    /// Gains of the learning law.
+    pub struct LearningGains {
+        /// γ, above 0 and at most 1. 1: the next pass is corrected by all of this one's error.
+        pub share: f64 = 1.0,
+        /// λ of the seam tracking on top, rad/s; see [`TrackingGains`].
+        pub rate_rad_s: f64 = 3.0,
+        /// σ of the seam tracking on top, s/m; see [`TrackingGains`].
+        pub seam_shape_s_m: f64 = 0.0,
     }
 }
 

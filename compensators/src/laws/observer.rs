@@ -20,23 +20,17 @@
 //! positive feedback through the material. Tuning: λ above the rate at which the load changes,
 //! below the spindle's frequency.
 
-use crate::gain::{GainError, positive, usable_period};
+use crate::gain::{GainError, gains, positive, usable_period};
 use crate::law::{Law, Needs, Setup};
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::scalar::{all_finite, lit};
 use trueweld_core::{Fault, Frames, JointVector, Real, Robot, Twist, Wrench};
 
-/// Gains of the observer.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "configuration", derive(serde::Serialize, serde::Deserialize))]
-pub struct ObserverGains {
-    /// λ/2π, Hz. 5: half of a spindle's 600 rpm.
-    pub bandwidth_hz: f64,
-}
-
-impl Default for ObserverGains {
-    fn default() -> Self {
-        Self { bandwidth_hz: 5.0 }
+gains! {
+    /// Gains of the observer.
+    pub struct ObserverGains {
+        /// λ/2π, Hz. 5: half of a spindle's 600 rpm.
+        pub bandwidth_hz: f64 = 5.0,
     }
 }
 

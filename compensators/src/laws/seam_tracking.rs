@@ -23,7 +23,7 @@
 //! oscillate; noise z passes as z √(λT/2).
 
 use crate::deviation_history::DeviationHistory;
-use crate::gain::{GainError, positive, require, usable_period};
+use crate::gain::{GainError, gains, positive, require, usable_period};
 use crate::law::{Law, Needs, Setup};
 use crate::{FeedForward, OuterIntegral};
 use heapless::Deque;
@@ -39,20 +39,14 @@ const SHAPE_PLACES: usize = 64;
 /// little.
 const SEAM_INNOVATION_LIMIT: f64 = 10.0;
 
-/// Gains of seam tracking.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "configuration", derive(serde::Serialize, serde::Deserialize))]
-pub struct TrackingGains {
-    /// λ, rad/s. 4.5: as fast as the plastic channel behind the tool lets it be with margins.
-    pub rate_rad_s: f64,
-    /// σ, s/m. 0: nothing waits. For seams of unknown shape on material that hardly answers the tool;
-    /// on firm material what it answers must not wait for the look-ahead, and the tool swings.
-    pub seam_shape_s_m: f64,
-}
-
-impl Default for TrackingGains {
-    fn default() -> Self {
-        Self { rate_rad_s: 4.5, seam_shape_s_m: 0.0 }
+gains! {
+    /// Gains of seam tracking.
+    pub struct TrackingGains {
+        /// λ, rad/s. 4.5: as fast as the plastic channel behind the tool lets it be with margins.
+        pub rate_rad_s: f64 = 4.5,
+        /// σ, s/m. 0: nothing waits. For seams of unknown shape on material that hardly answers the tool;
+        /// on firm material what it answers must not wait for the look-ahead, and the tool swings.
+        pub seam_shape_s_m: f64 = 0.0,
     }
 }
 

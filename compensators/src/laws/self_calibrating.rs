@@ -26,7 +26,7 @@
 use crate::OuterIntegral;
 use crate::by_compliance::ByCompliance;
 use crate::estimate::Estimate;
-use crate::gain::{AT_MOST_ONE, AT_MOST_TEN, GainError, positive, require, usable_period};
+use crate::gain::{AT_MOST_ONE, AT_MOST_TEN, GainError, gains, positive, require, usable_period};
 use crate::law::{Law, Needs, Setup};
 use crate::laws::FeedForward;
 use nalgebra::{SVector, Vector3};
@@ -53,33 +53,21 @@ const SETTLING_TIME_CONSTANTS: f64 = 4.0;
 const STEADY_FORCE_CHANGE: f64 = 1e-6;
 const PUSH_ERROR_MAX: f64 = 0.05;
 
-/// Gains of the self-calibrating law: how well the cell is known, one standard deviation each.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "configuration", derive(serde::Serialize, serde::Deserialize))]
-pub struct SelfCalibratingGains {
-    /// Of every joint's compliance, relative. 0.3: published stiffnesses of one robot differ by
-    /// more.
-    pub prior_compliance: f64,
-    /// Of the plate's height at the start, and of the depth at which the material bears the push,
-    /// m. 0.00025: clamping, and a third of 0.6 mm.
-    pub prior_depth_m: f64,
-    /// Of the plate's slope along the seam, rad. 0.0001: 0.2 mm over 2 m.
-    pub prior_slope_rad: f64,
-    /// Of the plate's unevenness, m. 0.00005.
-    pub flatness_m: f64,
-    /// Stiffness k_z of the material under the tool, N/m. 30e6.
-    pub material_stiffness_n_m: f64,
-}
-
-impl Default for SelfCalibratingGains {
-    fn default() -> Self {
-        Self {
-            prior_compliance: 0.3,
-            prior_depth_m: 2.5e-4,
-            prior_slope_rad: 1e-4,
-            flatness_m: 5e-5,
-            material_stiffness_n_m: 30e6,
-        }
+gains! {
+    /// Gains of the self-calibrating law: how well the cell is known, one standard deviation each.
+    pub struct SelfCalibratingGains {
+        /// Of every joint's compliance, relative. 0.3: published stiffnesses of one robot differ by
+        /// more.
+        pub prior_compliance: f64 = 0.3,
+        /// Of the plate's height at the start, and of the depth at which the material bears the push,
+        /// m. 0.00025: clamping, and a third of 0.6 mm.
+        pub prior_depth_m: f64 = 2.5e-4,
+        /// Of the plate's slope along the seam, rad. 0.0001: 0.2 mm over 2 m.
+        pub prior_slope_rad: f64 = 1e-4,
+        /// Of the plate's unevenness, m. 0.00005.
+        pub flatness_m: f64 = 5e-5,
+        /// Stiffness k_z of the material under the tool, N/m. 30e6.
+        pub material_stiffness_n_m: f64 = 30e6,
     }
 }
 
