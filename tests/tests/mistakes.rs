@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use std::f64::consts::PI;
 use trueweld_core::Pose;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
-use trueweld_estimate::mistakes::{ColumnChange, Found, MistakeKind, Remedy, find};
+use trueweld_estimate::log_faults::{ColumnChange, Found, MistakeKind, Remedy, find};
 use trueweld_estimate::predict::{BaselineModel, ComparedQuantity, PreparedLog};
 use trueweld_estimate::residuals::compare::{baseline, experiments};
 use trueweld_laboratory::{Protocol, Recipe, effect};

@@ -11,7 +11,7 @@ use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_diagnose::{DiagnosisVerdict, FittedEffect, diagnose};
 use trueweld_estimate::align::align_clocks;
 use trueweld_estimate::fit::FitProblem;
-use trueweld_estimate::mistakes::find;
+use trueweld_estimate::log_faults::find;
 use trueweld_estimate::residuals::compare::{baseline, experiments};
 use trueweld_laboratory::{Protocol, Recipe};
 use trueweld_logs::campaign::Campaign;

@@ -104,17 +104,19 @@ fn stands_in(error: &InputError, file: &Path) -> bool {
     is_same_file(Path::new(named), file)
 }
 
+/// What is in a folder, by its name.
+fn listed(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(folder)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot read {}", folder.display()))?;
+    let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    paths.sort();
+    Ok(paths)
+}
+
 /// Every TOML file of a folder and of the folders in it: a campaign's own, then its logs', wherever
 /// they are.
 fn files_of(folder: &Path) -> Result<Vec<PathBuf>> {
-    let listed = |folder: &Path| -> Result<Vec<PathBuf>> {
-        let entries = std::fs::read_dir(folder)
-            .into_diagnostic()
-            .wrap_err_with(|| format!("cannot read {}", folder.display()))?;
-        let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
-        paths.sort();
-        Ok(paths)
-    };
     let is_toml = |path: &PathBuf| path.is_file() && path.extension().is_some_and(|e| e == "toml");
     let inside = listed(folder)?;
     let mut files: Vec<PathBuf> = inside.iter().filter(|path| is_toml(path)).cloned().collect();

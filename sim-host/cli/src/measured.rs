@@ -6,7 +6,7 @@ use miette::{Result, miette};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use trueweld::{GivenLogs, MeasuredLogs, WorkProgress};
-use trueweld_estimate::mistakes::Found;
+use trueweld_estimate::log_faults::Found;
 use trueweld_output::{MistakesReport, Progress, mistake_in_words};
 use trueweld_plant::input::ModelFile;
 use trueweld_plant::provenance::Provenance;

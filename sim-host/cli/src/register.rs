@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::fs;
 use trueweld::{GivenLogs, measured_provenance};
 use trueweld_estimate::align::align_clocks;
-use trueweld_estimate::mistakes::{find, registrations};
+use trueweld_estimate::log_faults::{find, registrations};
 use trueweld_estimate::residuals::compare::baseline;
 use trueweld_logs::log::LOG_FILE;
 use trueweld_output::{RegisterReport, tracker_table, write_file};

@@ -34,6 +34,7 @@ fn a_law_keeps_a_cut_within_its_tolerance() {
     assert!(out.contains("beyond the tolerance, 0.300 mm"), "{out}");
     assert!(out.contains("push none, held by position"), "{out}");
     assert!(!out.contains("half the pin"), "{out}");
+    assert!(out.contains("steady part (full feed)"), "{out}");
     let json = place.json("cut.json");
     let runs = json["runs"].as_array().unwrap();
     let lateral = |k: usize, what: &str| runs[k]["lateral_m"][what].as_f64().unwrap();

@@ -44,7 +44,7 @@ pub mod align;
 pub mod encoder_noise;
 pub mod fit;
 pub mod identify;
-pub mod mistakes;
+pub mod log_faults;
 pub mod predict;
 pub mod residuals;
 pub mod safe_space;

@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use trueweld_estimate::fit::FitProblem;
-use trueweld_estimate::mistakes::find;
+use trueweld_estimate::log_faults::find;
 use trueweld_estimate::residuals::compare::{
     Comparison, Notice, baseline, compare, experiments, of_comparable,
 };

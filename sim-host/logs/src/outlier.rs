@@ -74,7 +74,7 @@ impl SeriesReadings<'_> {
             // An outlier bends the series at its own place by more than noise does.
             let bent = bends[p - 1] > 4.0 * usual;
             let run = bent.then(|| {
-                (1..=OUTLIERS_IN_A_ROW_MAX).find_map(|length| self.stands_out(p, length, step))
+                (1..=OUTLIERS_IN_A_ROW_MAX).find_map(|length| self.outlier_sizes(p, length, step))
             });
             match run.flatten() {
                 Some(sizes) => {
@@ -89,7 +89,7 @@ impl SeriesReadings<'_> {
     }
 
     /// By how much the readings from `p` on stand out, each on its own; `None` where one does not.
-    fn stands_out(&self, p: usize, length: usize, step: f64) -> Option<Vec<f64>> {
+    fn outlier_sizes(&self, p: usize, length: usize, step: f64) -> Option<Vec<f64>> {
         let after = p + length;
         if after + LINE_READINGS > self.known.len() {
             return None;

@@ -9,7 +9,7 @@ use trueweld_diagnose::improve::Improvement;
 use trueweld_diagnose::{Diagnosis, Explanation, ExplanationReason};
 use trueweld_estimate::identify::Identification;
 use trueweld_estimate::identify::plan::{PlanOptions, StiffnessPlan};
-use trueweld_estimate::mistakes::{Found, Registered};
+use trueweld_estimate::log_faults::{Found, Registered};
 use trueweld_estimate::residuals::compare::{Comparison, LogComparison, Notice};
 use trueweld_evaluate::certify::Certificate;
 use trueweld_evaluate::laws::{LawComparison, ScenarioSweep};

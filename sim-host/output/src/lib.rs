@@ -2,7 +2,7 @@
 //! and Rerun recordings; and the progress bar shown meanwhile.
 //!
 //! Every command hands its result to one [`Report`], from which all of these follow. A report takes
-//! finished data and computes nothing about the robot but where to draw it: `words` turns numbers
+//! finished data and computes nothing about the robot but where to draw it: `text` turns numbers
 //! into sentences, `json` into typed files, `document` into text and pages, `rerun` into
 //! recordings.
 //!
@@ -36,7 +36,7 @@ mod rerun;
 #[path = "../tests/sample/mod.rs"]
 mod sample;
 mod samples;
-mod words;
+mod text;
 
 pub use document::{Document, FORMS, Form};
 pub use error::OutputError;
@@ -47,16 +47,16 @@ pub use report::*;
 #[cfg(feature = "rerun")]
 pub use rerun::{Live, LiveWeld};
 pub use samples::{BlockTable, is_parquet};
-pub use words::control::control_toml;
-pub use words::experiment::experiment_protocol;
-pub use words::identify::{identified_head, identified_source};
-pub use words::import::log_toml;
-pub use words::log::notice as log_notice_in_words;
-pub use words::mistakes::mistake as mistake_in_words;
-pub use words::model_comments;
-pub use words::register::table as tracker_table;
-pub use words::study::layout::out_of_reach as out_of_reach_in_words;
-pub use words::weld::{
+pub use text::control::control_toml;
+pub use text::experiment::experiment_protocol;
+pub use text::identify::{identified_head, identified_source};
+pub use text::import::log_toml;
+pub use text::log::notice as log_notice_in_words;
+pub use text::log_faults::mistake as mistake_in_words;
+pub use text::model_comments;
+pub use text::register::table as tracker_table;
+pub use text::study::layout::out_of_reach as out_of_reach_in_words;
+pub use text::weld::{
     fault as fault_in_words, missed as missed_in_words, warning as warning_in_words,
 };
 

@@ -87,23 +87,10 @@ impl Guard {
     /// # Errors
     /// [`StopReason::Correction`]; the correction in force stays as it was.
     pub fn take(&mut self, pose: &Frame, axes: &[f64; 6]) -> Result<bool, StopReason> {
-        let CorrectionBounds { clamp_mm, clamp_deg, monitor_mm, monitor_deg, relative, .. } =
-            self.bounds;
+        let CorrectionBounds { clamp_mm, clamp_deg, monitor_mm, monitor_deg, .. } = self.bounds;
         let most = [clamp_mm, clamp_mm, clamp_mm, clamp_deg, clamp_deg, clamp_deg];
-        let mut cut = false;
-        let mut next = |before: &[f64; 6], given: &[f64; 6], most: &[f64; 6]| {
-            let mut total = *given;
-            for ((total, before), most) in total.iter_mut().zip(before).zip(most) {
-                if relative {
-                    *total += before;
-                }
-                cut |= total.abs() > *most;
-                *total = total.clamp(-most, *most);
-            }
-            total
-        };
-        let pose = next(&self.pose, pose, &most);
-        let axes = next(&self.axes, axes, &[clamp_deg; 6]);
+        let (pose, pose_cut) = self.clamped(&self.pose, pose, &most);
+        let (axes, axes_cut) = self.clamped(&self.axes, axes, &[clamp_deg; 6]);
         let [x, y, z, a, b, c] = pose;
         let size = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
         if size([x, y, z]) > monitor_mm
@@ -113,7 +100,20 @@ impl Guard {
             return Err(StopReason::Correction);
         }
         (self.pose, self.axes) = (pose, axes);
-        Ok(cut)
+        Ok(pose_cut || axes_cut)
+    }
+
+    /// The correction that follows one before, within what is allowed, and whether it was cut.
+    fn clamped(&self, before: &[f64; 6], given: &[f64; 6], most: &[f64; 6]) -> ([f64; 6], bool) {
+        let (mut total, mut cut) = (*given, false);
+        for ((total, before), most) in total.iter_mut().zip(before).zip(most) {
+            if self.bounds.relative {
+                *total += before;
+            }
+            cut |= total.abs() > *most;
+            *total = total.clamp(-most, *most);
+        }
+        (total, cut)
     }
 
     /// A cycle without an answer.

@@ -26,7 +26,7 @@ pub struct Visibility {
     /// The most that the sum of squares of any channel of any log grows by, over the share from
     /// which on its noise is trusted to be known that well where it is not stated
     /// ([`rules::VISIBLE`]): below 1 a diagnosis must not believe in it either then.
-    pub stands_out: f64,
+    pub excess: f64,
 }
 
 /// A campaign without what is hidden, and what calibrations can do to it.
@@ -109,7 +109,7 @@ impl Context {
         Ok(Visibility {
             size: 1.0,
             ratio: (linear.cost(&step) / rules::GAIN).sqrt(),
-            stands_out: self.most(&difference) / rules::VISIBLE,
+            excess: self.most(&difference) / rules::VISIBLE,
         })
     }
 
@@ -156,7 +156,7 @@ impl Context {
     /// `seen` gives nothing for a size that is too large to be plausible or for the campaign to
     /// come to an end.
     fn size(&self, target: f64, seen: impl Fn(f64) -> Option<Visibility>) -> Visibility {
-        let mut best = Visibility { size: 0.0, ratio: 0.0, stands_out: 0.0 };
+        let mut best = Visibility { size: 0.0, ratio: 0.0, excess: 0.0 };
         let away = |s: &Visibility| (s.ratio.max(1e-9) / target).ln().abs();
         let (mut size, mut too_large) = (1.0, f64::INFINITY);
         for _ in 0..TRIES {

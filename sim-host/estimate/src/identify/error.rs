@@ -1,6 +1,6 @@
 //! Why nothing could be identified.
 
-use crate::mistakes::Found;
+use crate::log_faults::Found;
 use crate::predict::PredictError;
 use trueweld_core::ModelError;
 use trueweld_logs::log::LogKind;

@@ -16,7 +16,7 @@ use crate::fit::{
 };
 use crate::identify::coordinates::{FreeCoordinate, is_replaced};
 use crate::identify::error::IdentifyError;
-use crate::mistakes::{Found, find};
+use crate::log_faults::{Found, find};
 use crate::residuals::compare::{baseline, experiments};
 use nalgebra::{DMatrix, DVector};
 use trueweld_core::Robot;

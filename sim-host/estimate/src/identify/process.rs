@@ -73,7 +73,7 @@ impl RippleOrder {
         }
     }
 
-    fn stands_out(&self) -> bool {
+    fn is_significant(&self) -> bool {
         self.amplitude > RIPPLE_SIGNIFICANCE * self.amplitude_deviation
     }
 }
@@ -122,7 +122,7 @@ pub(crate) fn ripple(
             |from: usize| fit.covariance.fixed_view::<2, 2>(at + from, at + from).into_owned();
         let axial = RippleOrder::of(whole(|line| line.axial), &covariance(0));
         let in_plane = RippleOrder::of(whole(|line| line.in_plane), &covariance(2));
-        if !axial.stands_out() && !in_plane.stands_out() {
+        if !axial.is_significant() && !in_plane.is_significant() {
             continue;
         }
         for (name, line) in [("axial", &axial), ("in_plane", &in_plane)] {
@@ -130,7 +130,7 @@ pub(crate) fn ripple(
             let phase_name = format!("{name}.phase_rad");
             let amplitude = [line.amplitude, line.amplitude_deviation];
             numbers.push(ripple_number(name, *order, amplitude, "1"));
-            if line.stands_out() {
+            if line.is_significant() {
                 let phase = [line.phase, line.phase_deviation];
                 numbers.push(ripple_number(phase_name, *order, phase, "rad"));
             }
@@ -146,7 +146,10 @@ pub(crate) fn ripple(
             phase,
         };
         let deviation = axial.phase_deviation.hypot(in_plane.phase_deviation);
-        if axial.stands_out() && in_plane.stands_out() && apart.abs() > ONE_PHASE * deviation {
+        if axial.is_significant()
+            && in_plane.is_significant()
+            && apart.abs() > ONE_PHASE * deviation
+        {
             file.push(entry(axial.amplitude, 0.0, axial.phase));
             file.push(entry(0.0, in_plane.amplitude, in_plane.phase));
         } else {

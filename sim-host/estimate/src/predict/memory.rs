@@ -74,9 +74,9 @@ impl StartFit {
     /// The states that stand out: what is not nothing.
     pub fn told(&self) -> Vec<StartState> {
         let of = |(gear, (state, deviation)): (&JointMemory, (&f64, &f64))| {
-            let stands_out =
+            let is_significant =
                 state.abs() > (STATE_TOLD_DEVIATIONS * deviation).max(STATE_TOLD_SHARE);
-            stands_out.then_some(StartState { joint: gear.joint, state: *state })
+            is_significant.then_some(StartState { joint: gear.joint, state: *state })
         };
         let states = self.states.iter().zip(self.deviations.iter());
         self.gears.iter().zip(states).filter_map(of).collect()

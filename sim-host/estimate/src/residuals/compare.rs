@@ -8,7 +8,7 @@ pub use crate::residuals::finding::NOISE_FLOOR_SCORE;
 
 use crate::fit::per_log;
 use crate::fit::{FitProblem, FitState, PerLogEffect};
-use crate::mistakes::{Found, Registered};
+use crate::log_faults::{Found, Registered};
 use crate::predict::{
     BaselineModel, Compared, ComparedQuantity, Folded, PredictError, Prediction, PreparedLog,
 };

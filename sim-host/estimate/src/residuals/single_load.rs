@@ -33,7 +33,7 @@ pub fn single_loads(
                 squares[compared.row] += residual * residual;
                 counts[compared.row] += 1.0;
             }
-            let (row, share) = standing_out(&squares, &counts)?;
+            let (row, share) = dominant_row(&squares, &counts)?;
             let time = log.samples.time[row];
             Some(Notice::SingleLoad { log: log.name.clone(), row: row + 1, time, share })
         })
@@ -41,7 +41,7 @@ pub fn single_loads(
 }
 
 /// The row that stands out by its sum of squares of so many values, and its share of all.
-fn standing_out(squares: &[f64], counts: &[f64]) -> Option<(usize, f64)> {
+fn dominant_row(squares: &[f64], counts: &[f64]) -> Option<(usize, f64)> {
     let means = squares.iter().zip(counts).map(|(square, count)| square / count);
     let means: Vec<(usize, f64)> = means.enumerate().filter(|(_, mean)| mean.is_finite()).collect();
     let (row, most) = means.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -52,11 +52,11 @@ fn standing_out(squares: &[f64], counts: &[f64]) -> Option<(usize, f64)> {
     sorted.sort_by(f64::total_cmp);
     let [median, next] = [sorted[sorted.len() / 2], sorted[sorted.len() - 2]];
     let share = squares[row] / squares.iter().sum::<f64>();
-    let stands_out = most > ABOVE_NOISE
+    let is_outlier = most > ABOVE_NOISE
         && most > ABOVE_OTHERS * median
         && most > ABOVE_NEXT * next
         && share > SQUARED_RESIDUAL_SHARE_MIN;
-    stands_out.then_some((row, share))
+    is_outlier.then_some((row, share))
 }
 
 #[cfg(test)]
@@ -67,14 +67,14 @@ mod tests {
     fn one_load_stands_out_of_many_alone() {
         let counts = vec![6.0; 10];
         let mut squares = vec![6.0; 10];
-        assert_eq!(standing_out(&squares, &counts), None, "at the noise floor");
+        assert_eq!(dominant_row(&squares, &counts), None, "at the noise floor");
         squares[3] = 300.0;
-        let (row, share) = standing_out(&squares, &counts).expect("stands out");
+        let (row, share) = dominant_row(&squares, &counts).expect("stands out");
         assert_eq!(row, 3);
         assert!((share - 300.0 / 354.0).abs() < 1e-12);
         squares[7] = 290.0;
-        assert_eq!(standing_out(&squares, &counts), None, "two share what is left");
-        let few = standing_out(&squares[..4], &counts[..4]);
+        assert_eq!(dominant_row(&squares, &counts), None, "two share what is left");
+        let few = dominant_row(&squares[..4], &counts[..4]);
         assert_eq!(few, None, "of four loads the fit follows each");
     }
 }

@@ -238,10 +238,10 @@ impl MostMissed {
 
 impl Shortfall {
     pub(super) fn of(name: &str, trial: &Trial) -> Self {
-        let stands_out = |s: &Symptoms| (symptom(name, s), Held::of(name, s));
         // Symptoms are of the steady part.
         let symptoms = trial.symptoms.as_ref().filter(|_| !name.contains('.'));
-        let (symptom, held) = symptoms.map_or((None, None), stands_out);
+        let (symptom, held) =
+            symptoms.map_or((None, None), |s| (symptom(name, s), Held::of(name, s)));
         Self { value: trial.figure(name), failed: trial.failed.clone(), symptom, held }
     }
 }

@@ -287,9 +287,9 @@ impl<'a> Search<'a> {
     /// One number at its other end; the phase anywhere.
     fn turn(&mut self, cell: &SearchPoint, k: usize) -> SearchPoint {
         let mut turned = cell.clone();
-        let anywhere = 2.0 * self.random.random::<f64>() - 1.0;
+        let phase = 2.0 * self.random.random::<f64>() - 1.0;
         turned.at[k] = match cell.at[k] {
-            _ if k == PHASE => anywhere,
+            _ if k == PHASE => phase,
             v if v > 0.0 => -1.0,
             _ => 1.0,
         };

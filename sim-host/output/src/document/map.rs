@@ -14,6 +14,7 @@ const BAD: Rgb = [200, 75, 0];
 const NO_VALUE_COLOUR: Rgb = [222, 222, 222];
 
 /// A quantity over two coordinates.
+#[derive(Clone)]
 pub(crate) struct Map {
     pub title: String,
     pub x_label: String,
@@ -195,7 +196,7 @@ fn apart(at: &[f64]) -> f64 {
 
 /// A number of three digits that count.
 fn text(value: f64) -> String {
-    let text = crate::words::digits(value, 3);
+    let text = crate::text::digits(value, 3);
     if text.contains('.') {
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     } else {

@@ -12,7 +12,7 @@ pub(crate) use map::within_limit;
 pub(crate) use plot::{Marked, Plot, PlotLine, reference};
 
 use crate::color::Rgb;
-use crate::words::provenance;
+use crate::text::provenance;
 use trueweld_plant::provenance::Provenance;
 
 /// A form that a document can be written in, to a file of its own.
@@ -116,6 +116,21 @@ impl Document {
         if self.blocks.len() > before {
             self.blocks.insert(before, (medium, Block::Heading(heading.to_owned())));
         }
+    }
+
+    /// Adds a table with a heading above it.
+    pub(crate) fn table(&mut self, heading: &str, table: Table) {
+        self.section(Medium::All, heading, Block::Table(table));
+    }
+
+    /// Adds a list with a heading above it.
+    pub(crate) fn list(&mut self, heading: &str, items: Vec<String>) {
+        self.section(Medium::All, heading, Block::List(items));
+    }
+
+    /// Adds pictures with a heading above them.
+    pub(crate) fn figures(&mut self, heading: &str, figures: Vec<Picture>) {
+        self.section(Medium::Page, heading, Block::Figures(figures));
     }
 
     /// The blocks of a medium, in order.

@@ -20,6 +20,15 @@ pub(crate) struct PlotLine {
 }
 
 impl PlotLine {
+    /// A solid line.
+    pub(crate) fn new(name: impl Into<String>, color: Rgb, points: Vec<(f64, f64)>) -> Self {
+        Self { name: name.into(), color, dash: Dash::Solid, points }
+    }
+
+    pub(crate) fn dashed(self, dash: Dash) -> Self {
+        Self { dash, ..self }
+    }
+
     fn is_reference(&self) -> bool {
         self.color == REFERENCE
     }
@@ -67,6 +76,17 @@ pub(crate) struct Plot {
     pub named: bool,
     /// y by its logarithm; what is not positive is left out.
     pub logarithmic: bool,
+}
+
+impl Plot {
+    /// Lines over x, their axes labelled.
+    pub(crate) fn new(
+        x_label: impl Into<String>,
+        y_label: impl Into<String>,
+        lines: Vec<PlotLine>,
+    ) -> Self {
+        Self { x_label: x_label.into(), y_label: y_label.into(), lines, ..Self::default() }
+    }
 }
 
 /// Points of a line that a script gets for each pixel of a page's column: enough to enlarge it.
@@ -124,21 +144,18 @@ impl Plot {
     pub(super) fn data(&self) -> PlotData<'_> {
         let [x, _] = self.ranges();
         let columns = if self.wide { 2 * SCRIPT_POINTS_MAX } else { SCRIPT_POINTS_MAX };
-        let of_line = |line: &PlotLine| PlotSeries {
+        let points = |line: &PlotLine| match self.named {
+            true => line.points.clone(),
+            false => envelope(line.points.iter().copied(), x, columns),
+        };
+        let lines = self.lines.iter().filter(|line| !line.points.is_empty());
+        let lines = lines.map(|line| PlotSeries {
             joined: true,
             dotted: self.named,
             dash: line.dash.pixels(),
-            ..PlotSeries::of(
-                &line.name,
-                line.color,
-                match self.named {
-                    true => line.points.clone(),
-                    false => envelope(line.points.iter().copied(), x, columns),
-                },
-            )
-        };
-        let mut series: Vec<PlotSeries> =
-            self.lines.iter().filter(|l| !l.points.is_empty()).map(of_line).collect();
+            ..PlotSeries::of(&line.name, line.color, points(line))
+        });
+        let mut series: Vec<PlotSeries> = lines.collect();
         let named = |name: &'static str, usual| if name.is_empty() { usual } else { name };
         if !self.rings.is_empty() {
             series.push(PlotSeries::of(
@@ -411,7 +428,7 @@ fn write_names(
 
 /// A dashed line of the reference colour.
 pub(crate) fn reference(name: &str, points: Vec<(f64, f64)>) -> PlotLine {
-    PlotLine { name: name.to_owned(), color: REFERENCE, dash: Dash::Dashed, points }
+    PlotLine::new(name, REFERENCE, points).dashed(Dash::Dashed)
 }
 
 /// Smallest and largest of some values; never empty, never of no width.
@@ -483,13 +500,10 @@ fn envelope(
     // Index and point of the lowest and of the highest of this column.
     let mut extremes: Option<[(usize, (f64, f64)); 2]> = None;
     let mut flush = |extremes: Option<[(usize, (f64, f64)); 2]>| {
-        if let Some(mut both) = extremes {
-            both.sort_by_key(|e| e.0);
-            out.push(both[0].1);
-            if both[0].0 != both[1].0 {
-                out.push(both[1].1);
-            }
-        }
+        let mut both = extremes.map_or(Vec::new(), Vec::from);
+        both.sort_by_key(|e| e.0);
+        both.dedup_by_key(|e| e.0);
+        out.extend(both.into_iter().map(|e| e.1));
     };
     for (index, point) in points.filter(|p| p.1.is_finite()).enumerate() {
         let here = ((point.0 - x[0]) / (x[1] - x[0]) * columns as f64) as usize;

@@ -2,8 +2,8 @@
 
 use super::{finite, result};
 use crate::CertifyReport;
-use crate::words::certify::{short_numbers, weak};
-use crate::words::requirement::reason;
+use crate::text::certify::{short_numbers, weak};
+use crate::text::requirement::reason;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -107,7 +107,8 @@ pub(crate) struct UncertainRecord {
 /// they were measured.
 #[derive(Clone, Serialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
-pub(crate) struct BoughtByMeasurement {
+#[schemars(rename = "BoughtByMeasurement")]
+pub(crate) struct ValueOfMeasurement {
     /// Key of the figure.
     pub name: &'static str,
     /// The most that is allowed, in the unit of the key.
@@ -183,7 +184,7 @@ result! {
             weld.accepted_faults.iter().map(NotRequiredFigure::of).collect(),
         /// What the measurement brought, where that was asked for.
         #[serde(rename = "bought", default, skip_serializing_if = "Vec::is_empty")]
-        value_of_measurement: Vec<BoughtByMeasurement> = BoughtByMeasurement::all(weld),
+        value_of_measurement: Vec<ValueOfMeasurement> = ValueOfMeasurement::all(weld),
         /// What the failures follow from: of the requirements that draws were beyond, or of the one
         /// that came closest to its limit.
         sensitivity: &'a [Sensitivity] = &weld.sensitivities,
@@ -307,8 +308,9 @@ result! {
     }
 }
 
-/// Basis of a number that was measured.
+/// Basis of a number that was measured, and of one that was not.
 pub(crate) const MEASURED: &str = "measured";
+const ASSUMED: &str = "assumed";
 
 impl UncertainRecord {
     /// Those of the short keys, then those of `[[uncertain]]`, then those measured.
@@ -318,35 +320,37 @@ impl UncertainRecord {
             let file = report.certificate.provenance.files.iter().find(|file| file.role == role);
             file.map_or(String::new(), |file| file.file.clone())
         };
-        let assumed = |number: String, unit, relative, distribution, source: &str| Self {
+        let [requirements, model] =
+            [FileKind::Requirements, FileKind::Model].map(|k| file(k.name()));
+        let short = short_numbers(cell).into_iter().map(|(number, unit, [low, high])| Self {
             number,
             unit,
-            relative,
-            distribution,
+            relative: unit == "1",
+            distribution: Distribution::Uniform { low, high },
             group: None,
-            basis: "assumed",
-            source: source.to_owned(),
-            file: file(FileKind::Requirements.name()),
-        };
-        let short = short_numbers(cell).into_iter().map(|(number, unit, [low, high])| {
-            let distribution = Distribution::Uniform { low, high };
-            assumed(number, unit, unit == "1", distribution, SHORT_SOURCE)
+            basis: ASSUMED,
+            source: SHORT_SOURCE.to_owned(),
+            file: requirements.clone(),
         });
         let logs = cell.posterior.as_ref().map(|of| {
             let campaign = of.campaign.get(..12).unwrap_or(&of.campaign);
             format!("logs {} of the campaign {campaign}", of.logs.join(", "))
         });
         let numbers = cell.numbers.iter().map(|n| {
-            let group = n.group.clone();
-            let of = assumed(n.name.clone(), n.unit, n.relative, n.distribution, &n.source);
-            match &logs {
-                Some(logs) if n.is_measured() => Self {
-                    basis: MEASURED,
-                    source: logs.clone(),
-                    file: file(FileKind::Model.name()),
-                    ..of
-                },
-                _ => Self { group, ..of },
+            let measured = logs.as_ref().filter(|_| n.is_measured());
+            let (basis, source, file) = match measured {
+                Some(logs) => (MEASURED, logs, &model),
+                None => (ASSUMED, &n.source, &requirements),
+            };
+            Self {
+                number: n.name.clone(),
+                unit: n.unit,
+                relative: n.relative,
+                distribution: n.distribution,
+                group: n.group.clone().filter(|_| measured.is_none()),
+                basis,
+                source: source.clone(),
+                file: file.clone(),
             }
         });
         short.chain(numbers).collect()
@@ -371,21 +375,20 @@ impl DrawnFigure {
     }
 }
 
-impl BoughtByMeasurement {
+impl ValueOfMeasurement {
     /// Of every requirement on draws; none where nothing was compared.
     pub(crate) fn all(weld: &CertifiedWeld) -> Vec<Self> {
         let Some(assumed) = &weld.assumed else { return Vec::new() };
-        let of = |before: &Requirement| {
-            let same = |r: &&Requirement| (r.case, r.name) == (before.case, before.name);
-            let now = weld.requirements.iter().find(same)?;
-            Some(Self {
-                name: before.name,
-                limit: before.limit,
-                assumed: DrawnFigure::of(&assumed.requirements, before, &assumed.trials)?,
-                measured: DrawnFigure::of(&weld.requirements, now, &weld.evidence.trials)?,
-            })
-        };
-        assumed.requirements.iter().filter_map(of).collect()
+        let all = &assumed.requirements;
+        let assumed = |before| DrawnFigure::of(all, before, &assumed.trials);
+        all.iter().filter_map(|before| Self::of(before, assumed(before)?, weld)).collect()
+    }
+
+    fn of(before: &Requirement, assumed: DrawnFigure, weld: &CertifiedWeld) -> Option<Self> {
+        let same = |r: &&Requirement| (r.case, r.name) == (before.case, before.name);
+        let now = weld.requirements.iter().find(same)?;
+        let measured = DrawnFigure::of(&weld.requirements, now, &weld.evidence.trials)?;
+        Some(Self { name: before.name, limit: before.limit, assumed, measured })
     }
 }
 

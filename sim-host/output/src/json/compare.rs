@@ -1,11 +1,11 @@
 //! A model against measurements.
 
-use super::mistake::FileMistake;
+use super::log_fault::FileMistake;
 use super::register::RegisteredTracker;
 use super::{finite, result};
-use crate::words::compare::notice;
-use crate::words::finding::{category, sentence, series, variable, x_name, y_name};
-use crate::{CompareReport, words};
+use crate::text::compare::notice;
+use crate::text::finding::{category, sentence, series, variable, x_name, y_name};
+use crate::{CompareReport, text};
 use trueweld_estimate::residuals::compare::{ChannelComparison, LogComparison};
 use trueweld_estimate::residuals::localize::{
     ConditionBin, Finding, MapAxis, ResidualMap, Statistic, foremost,
@@ -194,7 +194,7 @@ result! {
 impl ResidualFinding {
     /// What is left, the foremost of it.
     pub(super) fn remaining(unexplained: &[Finding]) -> Vec<Self> {
-        let all = foremost(unexplained, words::diagnose::REMAINS);
+        let all = foremost(unexplained, text::diagnose::REMAINS);
         all.into_iter().map(Self::of).collect()
     }
 }

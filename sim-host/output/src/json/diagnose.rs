@@ -3,14 +3,14 @@
 use super::compare::ResidualFinding;
 use super::discover::DiscoveredLaw;
 use super::effects::{EffectCurveData, EffectPlace, FittedEffectValues, at_name};
-use super::mistake::FileMistake;
+use super::log_fault::FileMistake;
 use super::mountings::LinkMountings;
 use super::register::RegisteredTracker;
 use super::{finite, result};
-use crate::words::compare::notice;
-use crate::words::diagnose::undone;
-use crate::words::experiment;
-use crate::{DiagnoseReport, words};
+use crate::text::compare::notice;
+use crate::text::diagnose::undone;
+use crate::text::experiment;
+use crate::{DiagnoseReport, text};
 use trueweld_diagnose::experiment::{Plan, PlanRow};
 use trueweld_diagnose::{Candidate, Confusable, Diagnosis, EffectLimit, ExplanationReason};
 use trueweld_plant::input::RobotFile;
@@ -92,7 +92,7 @@ result! {
             .flat_map(|r| &r.evidence)
             .map(|curve| curve.as_ref().map(|curve| EffectCurveData::of(curve, robot)))
             .collect();
-        let told = |reason| words::effects::explanation(candidate, all, reason, robot);
+        let told = |reason| text::effects::explanation(candidate, all, reason, robot);
     } {
         /// Its effects.
         effects: Vec<FittedEffectValues> = FittedEffectValues::all(&candidate.effects, robot, &[]),

@@ -2,7 +2,7 @@
 
 use super::effects::{FittedEffectValues, FittedValue};
 use super::{finite, result};
-use crate::words;
+use crate::text;
 use std::collections::BTreeMap;
 use trueweld_diagnose::discover::{Discovery, FreeSurface, Hypothesis};
 use trueweld_plant::input::RobotFile;
@@ -10,21 +10,11 @@ use trueweld_plant::input::RobotFile;
 result! {
     /// A law outside the library: what is added at a port of the plant, over variables of the logs.
     DiscoveredLaw of (discovery: &Discovery, robot: &RobotFile) with {
-        let place = DiscoveredPlace::of(&discovery.hypothesis, robot);
         let tied = discovery.tied.iter();
         let like = discovery.like.as_ref().map_or(&[][..], |like| &like.effects);
     } {
-        /// The port, as an effect of one's own names it.
-        port: String = place.port,
-        /// A joint's name, or nothing for the whole cell.
-        at: String = place.at,
-        /// Variables of the port, that of the curve first.
-        over: Vec<String> = place.over,
-        /// What the curve is multiplied by, an expression over the port's variables.
-        times: String = place.times,
-        /// True for a loop: it depends on the way that the variable has come, and the curve is over the
-        /// way since a reversal.
-        history: bool = place.history,
+        #[serde(flatten)]
+        place: DiscoveredPlace = DiscoveredPlace::of(&discovery.hypothesis, robot),
         /// The free curve.
         curve: DiscoveredCurve = DiscoveredCurve::of(discovery, robot),
         /// The formula; null where the curve itself is the law.
@@ -43,17 +33,23 @@ result! {
         /// Effects of the library that are like it, and whose form does not hold.
         like: Vec<FittedEffectValues> = FittedEffectValues::all(like, robot, &[]),
         /// The same in words.
-        explanation: String = words::discover::told(discovery, robot),
+        explanation: String = text::discover::told(discovery, robot),
     }
 }
 
 result! {
     /// Where a law may act, and what it may depend on.
     DiscoveredPlace of (hypothesis: &Hypothesis, robot: &RobotFile) {
+        /// The port, as an effect of one's own names it.
         port: String = hypothesis.port.name.to_owned(),
-        at: String = words::discover::joint(hypothesis.at, robot).to_owned(),
+        /// A joint's name, or nothing for the whole cell.
+        at: String = text::discover::joint(hypothesis.at, robot).to_owned(),
+        /// Variables of the port, that of the curve first.
         over: Vec<String> = hypothesis.variables().into_iter().map(str::to_owned).collect(),
+        /// What the curve is multiplied by, an expression over the port's variables.
         times: String = hypothesis.times.to_owned(),
+        /// True for a loop: it depends on the way that the variable has come, and the curve is over the
+        /// way since a reversal.
         history: bool = hypothesis.turns_over.is_some(),
     }
 }
@@ -66,7 +62,7 @@ result! {
     } {
         x_name: String = hypothesis.over.to_owned(),
         x_unit: String = hypothesis.x_unit().to_owned(),
-        y_name: String = words::discover::quantity(hypothesis, robot),
+        y_name: String = text::discover::quantity(hypothesis, robot),
         y_unit: String = hypothesis.y_unit(),
         x: Vec<f64> = curve.x.clone(),
         y: Vec<f64> = curve.y.clone(),

@@ -1,7 +1,7 @@
 //! Effects with their fitted values, and the curves that show them.
 
 use super::{finite, result};
-use crate::words::curve::{title, x_name, y_name};
+use crate::text::curve::{title, x_name, y_name};
 use std::collections::BTreeMap;
 use trueweld_diagnose::FittedEffect;
 use trueweld_diagnose::evidence::EffectCurve;
@@ -93,15 +93,14 @@ impl FittedEffectValues {
         robot: &RobotFile,
         logs: &[LogComparison],
     ) -> Vec<Self> {
-        let carried = |found: &FittedEffect| {
-            let mut of = Self::of(found, robot, logs);
-            let all = found.effect.kind.parameters.iter().enumerate();
-            for (_, p) in all.filter(|(k, _)| !found.is_fitted(*k)) {
+        let mut calibrations = Self::all(all, robot, logs);
+        for (of, found) in calibrations.iter_mut().zip(all) {
+            let parameters = found.effect.kind.parameters.iter().enumerate();
+            for (_, p) in parameters.filter(|(k, _)| !found.is_fitted(*k)) {
                 of.parameters.remove(p.name);
             }
-            of
-        };
-        all.iter().map(carried).collect()
+        }
+        calibrations
     }
 
     pub(super) fn all(

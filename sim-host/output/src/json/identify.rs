@@ -2,8 +2,8 @@
 
 use super::register::RegisteredTracker;
 use super::{finite, result};
-use crate::words::compare::notes;
-use crate::words::identify::{headline, is_misfit, plan_headline};
+use crate::text::compare::notes;
+use crate::text::identify::{headline, is_misfit, plan_headline};
 use crate::{IdentifyReport, StiffnessPlanReport};
 use std::f64::consts::TAU;
 use trueweld_estimate::identify::plan::{LoadKind, PlanOptions, PlannedLoad};

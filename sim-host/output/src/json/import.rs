@@ -2,7 +2,7 @@
 
 use super::result;
 use crate::ImportReport;
-use crate::words::import::left_out;
+use crate::text::import::left_out;
 use trueweld_logs::log::channel_name;
 use trueweld_logs::log::import::{Doubt, Proposal, ProposedColumn, ProposedFile};
 

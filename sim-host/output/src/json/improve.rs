@@ -3,13 +3,13 @@
 use super::compare::ResidualFinding;
 use super::discover::DiscoveredLaw;
 use super::effects::{EffectPlace, FittedEffectValues, at_name};
-use super::mistake::FileMistake;
+use super::log_fault::FileMistake;
 use super::register::RegisteredTracker;
 use super::{finite, result};
 use crate::ImproveReport;
-use crate::words::compare::notice;
-use crate::words::diagnose::undone;
-use crate::words::improve::not_kept;
+use crate::text::compare::notice;
+use crate::text::diagnose::undone;
+use crate::text::improve::not_kept;
 use trueweld_diagnose::improve::{ImprovementStep, Rejected};
 use trueweld_logs::HALF_95;
 use trueweld_plant::input::{MeasuredNumber, Posterior, RobotFile};

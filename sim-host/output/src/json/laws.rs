@@ -2,8 +2,6 @@
 
 use super::result;
 use crate::LawsReport;
-use schemars::JsonSchema;
-use serde::Serialize;
 use trueweld_compensators::Entry;
 use trueweld_evaluate::WeldFigures;
 use trueweld_evaluate::laws::{ScenarioChange, ScenarioSweep, SweepPoint, VariedQuantity};
@@ -77,71 +75,58 @@ result! {
     }
 }
 
-/// One weld: its figures or why it has none, and the value of what was varied.
-#[derive(Clone, Default, Serialize, JsonSchema)]
-#[schemars(deny_unknown_fields)]
-pub(crate) struct LawPoint {
-    /// Lateral deviation, RMS, m.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    lateral_rms_m: Option<f64>,
-    /// Lateral deviation, largest, m.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    lateral_max_m: Option<f64>,
-    /// Tilt across the seam, RMS, rad.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    side_tilt_rms_rad: Option<f64>,
-    /// Tilt along the seam, RMS, rad.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    travel_angle_rms_rad: Option<f64>,
-    /// Why the weld was not made.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    failed: Option<String>,
-    /// Error of the believed stiffness, as a share.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    stiffness_error: Option<f64>,
-    /// Factor on the noise of force and seam sensor.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    noise_factor: Option<f64>,
-    /// Delay of force and seam sensor, control periods.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    delay_periods: Option<f64>,
-    /// Share of the seam sensor's readings that are lost.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    lost_share: Option<f64>,
-    /// Whether they are lost in the last pass alone.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    only_in_last_pass: Option<bool>,
-    /// Whether the force sensor dies half-way.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    force_sensor_dies: Option<bool>,
-}
-
-impl LawPoint {
-    fn of(change: ScenarioChange, point: &SweepPoint) -> Self {
+result! {
+    /// One weld: its figures or why it has none, and the value of what was varied.
+    LawPoint of (change: ScenarioChange, point: &SweepPoint) with {
         let figure = |of: fn(&WeldFigures) -> f64| point.as_ref().ok().map(of);
-        let figures = Self {
-            lateral_rms_m: figure(|f| f.lateral.rms),
-            lateral_max_m: figure(|f| f.lateral.max_abs),
-            side_tilt_rms_rad: figure(|f| f.side_tilt.rms),
-            travel_angle_rms_rad: figure(|f| f.travel_angle.rms),
-            failed: point.as_ref().err().map(ToString::to_string),
-            ..Self::default()
+        let lost = match change {
+            ScenarioChange::Lost(share) => Some((share, false, false)),
+            ScenarioChange::DeadInLastPass => Some((1.0, true, false)),
+            ScenarioChange::ForceSensorDies => Some((0.0, false, true)),
+            _ => None,
         };
-        let lost = |share: f64, last: bool, force: bool| Self {
-            lost_share: Some(share),
-            only_in_last_pass: Some(last),
-            force_sensor_dies: Some(force),
-            ..figures.clone()
-        };
-        match change {
-            ScenarioChange::StiffnessError(error) => {
-                Self { stiffness_error: Some(error), ..figures }
-            }
-            ScenarioChange::Noise(factor) => Self { noise_factor: Some(factor), ..figures },
-            ScenarioChange::Delay(periods) => Self { delay_periods: Some(periods), ..figures },
-            ScenarioChange::Lost(share) => lost(share, false, false),
-            ScenarioChange::DeadInLastPass => lost(1.0, true, false),
-            ScenarioChange::ForceSensorDies => lost(0.0, false, true),
-        }
+    } {
+        /// Lateral deviation, RMS, m.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        lateral_rms_m: Option<f64> = figure(|f| f.lateral.rms),
+        /// Lateral deviation, largest, m.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        lateral_max_m: Option<f64> = figure(|f| f.lateral.max_abs),
+        /// Tilt across the seam, RMS, rad.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        side_tilt_rms_rad: Option<f64> = figure(|f| f.side_tilt.rms),
+        /// Tilt along the seam, RMS, rad.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        travel_angle_rms_rad: Option<f64> = figure(|f| f.travel_angle.rms),
+        /// Why the weld was not made.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        failed: Option<String> = point.as_ref().err().map(ToString::to_string),
+        /// Error of the believed stiffness, as a share.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        stiffness_error: Option<f64> = match change {
+            ScenarioChange::StiffnessError(error) => Some(error),
+            _ => None,
+        },
+        /// Factor on the noise of force and seam sensor.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        noise_factor: Option<f64> = match change {
+            ScenarioChange::Noise(factor) => Some(factor),
+            _ => None,
+        },
+        /// Delay of force and seam sensor, control periods.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        delay_periods: Option<f64> = match change {
+            ScenarioChange::Delay(periods) => Some(periods),
+            _ => None,
+        },
+        /// Share of the seam sensor's readings that are lost.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        lost_share: Option<f64> = lost.map(|(share, ..)| share),
+        /// Whether they are lost in the last pass alone.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        only_in_last_pass: Option<bool> = lost.map(|(_, last, _)| last),
+        /// Whether the force sensor dies half-way.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        force_sensor_dies: Option<bool> = lost.map(|(.., force)| force),
     }
 }

@@ -1,10 +1,10 @@
 //! Where trackers stand.
 
 use super::{finite, result};
-use crate::{RegisterReport, words};
+use crate::{RegisterReport, text};
 use trueweld_core::Pose;
 use trueweld_core::spatial::rotation_vector;
-use trueweld_estimate::mistakes::Registered;
+use trueweld_estimate::log_faults::Registered;
 use trueweld_estimate::residuals::compare::Notice;
 use trueweld_plant::provenance::Provenance;
 
@@ -39,7 +39,7 @@ result! {
         /// Root mean square of what is left of the rotations, rad.
         left_rad: Option<f64> = finite(found.left[1]),
         /// The table for `log.toml`.
-        table: String = words::register::table(&found.mounting),
+        table: String = text::register::table(&found.mounting),
     }
 }
 

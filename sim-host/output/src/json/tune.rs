@@ -2,7 +2,7 @@
 
 use super::{finite, result};
 use crate::TuneReport;
-use crate::words::tune::{limits, told};
+use crate::text::tune::{limits, told};
 use trueweld_evaluate::ArmAt;
 use trueweld_evaluate::tune::{Rating, TunedController, TunedLaw, WeldOutcome};
 use trueweld_plant::provenance::Provenance;

@@ -3,15 +3,15 @@
 use super::residuals::{ColumnComparison, map, score_bar};
 use super::{PublishedResult, Report};
 use crate::CompareReport;
-use crate::color::{self, Dash, REFERENCE};
+use crate::color::{self, REFERENCE};
 use crate::document::{
-    Block, Document, Marked, Medium, Picture, Plot, PlotLine, Table, Tone, number, words,
+    Block, Document, Marked, Medium, Picture, Plot, PlotLine, Table, TableCell, Tone, number, words,
 };
 use crate::json::compare::CompareResult;
 use crate::samples::{self, BlockTable};
-use crate::words::compare::{TOLD_FINDINGS, headline, notes, setting};
-use crate::words::finding::{category, map_title, sentence, x_name, y_name};
-use crate::words::{Scale, fixed};
+use crate::text::compare::{TOLD_FINDINGS, headline, notes, setting};
+use crate::text::finding::{category, map_title, sentence, x_name, y_name};
+use crate::text::{Scale, fixed};
 use trueweld_estimate::residuals::compare::{
     ChannelComparison, Comparison, LogComparison, NOISE_FLOOR_SCORE,
 };
@@ -39,10 +39,9 @@ impl Report for CompareReport<'_> {
         document.push(Block::Note(setting(self.model, comparison)));
         document.push(Block::List(sentences));
         document.push(Block::Table(table(comparison)));
-        document.section(
-            Medium::Page,
+        document.figures(
             "What the difference follows",
-            Block::Figures(told.iter().map(|finding| finding_figure(finding)).collect()),
+            told.iter().map(|finding| finding_figure(finding)).collect(),
         );
         for (finding, over_two) in told.iter().filter_map(|f| Some((f, f.map.as_ref()?))) {
             let table = Block::Table(map(over_two, finding));
@@ -51,20 +50,9 @@ impl Report for CompareReport<'_> {
         let logs = comparison.logs.iter().flat_map(|log| {
             ColumnComparison::worst_of(log).map_or(Vec::new(), |columns| columns.figures())
         });
-        document.section(
-            Medium::Page,
-            "Measured and predicted: of every log the worst column",
-            Block::Figures(logs.collect()),
-        );
+        document.figures("Measured and predicted: of every log the worst column", logs.collect());
         document.push(Block::List(notes(&comparison.notices)));
         document
-    }
-}
-
-impl super::Recorded for CompareReport<'_> {
-    #[cfg(feature = "rerun")]
-    fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
-        crate::rerun::compare_recording(path, self, &self.document())
     }
 }
 
@@ -76,23 +64,25 @@ fn table(comparison: &Comparison) -> Table {
         let name = words(format!("{}, {}", log.name, log.kind)).tone(Tone::Strong).over(4);
         vec![name, number(fixed(log.score, 2)).bad(log.score > NOISE_FLOOR_SCORE)]
     };
-    let of_channel = |channel: &ChannelComparison| {
-        let quantity = |value: f64| Scale::small(channel.unit).quantity(value);
-        let sign = if channel.stated { "" } else { "≈ " };
-        vec![
-            words(format!("  {}", channel.name)),
-            number(quantity(channel.rmse)),
-            number(quantity(channel.max)),
-            number(format!("{sign}{}", quantity(channel.noise))),
-            number(fixed(channel.score, 2)).with_bar(score_bar(channel.score, highest)),
-        ]
-    };
-    let rows = comparison
-        .logs
-        .iter()
-        .flat_map(|log| std::iter::once(of_log(log)).chain(log.channels.iter().map(of_channel)));
+    let rows = comparison.logs.iter().flat_map(|log| {
+        let channels = log.channels.iter().map(|channel| channel_row(channel, highest));
+        std::iter::once(of_log(log)).chain(channels)
+    });
     let head = ["", "RMS", "largest", "noise", "score"].map(number).to_vec();
     Table { head: vec![head], rows: rows.collect() }
+}
+
+/// `highest`: the score at the end of the bar.
+fn channel_row(channel: &ChannelComparison, highest: f64) -> Vec<TableCell> {
+    let quantity = |value: f64| Scale::small(channel.unit).quantity(value);
+    let sign = if channel.stated { "" } else { "≈ " };
+    vec![
+        words(format!("  {}", channel.name)),
+        number(quantity(channel.rmse)),
+        number(quantity(channel.max)),
+        number(format!("{sign}{}", quantity(channel.noise))),
+        number(fixed(channel.score, 2)).with_bar(score_bar(channel.score, highest)),
+    ]
 }
 
 /// The residual over the condition that it follows.
@@ -111,17 +101,13 @@ fn finding_figure(finding: &Finding) -> Picture {
         title: format!("{}: {}", finding.channel, y_name(finding)),
         text: sentence(finding),
         plot: Plot {
-            x_label: x.named(&x_name(finding)),
-            y_label: y.named("residual"),
-            lines: vec![PlotLine {
-                name: String::new(),
-                color: color::run(0),
-                dash: Dash::Solid,
-                points,
-            }],
             marked,
             categories: curve.categories.iter().map(|c| category(*c, finding)).collect(),
-            ..Plot::default()
+            ..Plot::new(
+                x.named(&x_name(finding)),
+                y.named("residual"),
+                vec![PlotLine::new("", color::run(0), points)],
+            )
         },
     }
 }

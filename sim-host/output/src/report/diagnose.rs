@@ -3,19 +3,19 @@
 use super::residuals::{BEFORE_AND_AFTER_COLUMNS, before_and_after, map};
 use super::{PublishedResult, Report};
 use crate::DiagnoseReport;
-use crate::color::{self, Dash};
+use crate::color;
 use crate::document::{
     Bar, Block, Column, Document, Marked, Medium, Picture, Plot, PlotLine, Table, TableCell,
     number, words,
 };
 use crate::json::diagnose::DiagnoseResult;
 use crate::samples::{self, BlockTable};
-use crate::words::curve::{title, x_name, y_name};
-use crate::words::diagnose::{
+use crate::text::curve::{title, x_name, y_name};
+use crate::text::diagnose::{
     Limits, confusable, in_a_line, limits, none_of_these, ranked, remains, undone, values,
 };
-use crate::words::finding::map_title;
-use crate::words::{self, Scale, counted, probability, score, share};
+use crate::text::finding::map_title;
+use crate::text::{self, Scale, counted, probability, score, share};
 use trueweld_diagnose::evidence::EffectCurve;
 use trueweld_diagnose::{DiagnosisVerdict, ExplanationReason, FittedEffect};
 use trueweld_estimate::residuals::localize::{ConditionBin, foremost};
@@ -49,20 +49,16 @@ impl Report for DiagnoseReport<'_> {
         document.push(Block::List(self.details()));
         document.push(Block::Note(self.setting()));
         let found = super::discover::curves(self.discovered, &self.model.robot);
-        document.section(Medium::Page, words::discover::CURVE, Block::Figures(found));
+        document.figures(text::discover::CURVE, found);
         let differences = super::discover::differences(self.discovered, &self.model.robot);
-        document.section(
-            Medium::Page,
-            words::discover::NEAREST_EFFECT_HEADING,
-            Block::Figures(differences),
-        );
+        document.figures(text::discover::NEAREST_EFFECT_HEADING, differences);
         let curves = self.reason().map_or(Vec::new(), |r| evidence(r, &self.model.robot));
-        document.section(Medium::Page, words::diagnose::CURVES, Block::Figures(curves));
+        document.figures(text::diagnose::CURVES, curves);
         if let Some(plan) = &self.explanation.next_experiment {
-            let lead = words::experiment::lead(plan);
+            let lead = text::experiment::lead(plan);
             document.section(Medium::All, "What to record next", Block::Lead(lead));
-            if words::experiment::is_worth_recording(plan) {
-                document.push(Block::Steps(words::experiment::steps(plan)));
+            if text::experiment::is_worth_recording(plan) {
+                document.push(Block::Steps(text::experiment::steps(plan)));
             }
         }
         let explained = diagnosis.chosen > 0 || !self.discovered.is_empty();
@@ -71,35 +67,32 @@ impl Report for DiagnoseReport<'_> {
             self.push_calibrations(&mut document);
         }
         if missing && explained {
-            document.section(
-                Medium::Page,
+            document.figures(
                 "Measured and predicted, with the model as given and with the best explanation",
-                Block::Figures(before_and_after(self.before, self.after, BEFORE_AND_AFTER_COLUMNS)),
+                before_and_after(self.before, self.after, BEFORE_AND_AFTER_COLUMNS),
             );
         }
-        document.section(
-            Medium::All,
+        document.table(
             "Explanations that were fitted, every effect of the library at every place, best first",
-            Block::Table(self.ranking()),
+            self.ranking(),
         );
         if explained {
             self.push_calibrations(&mut document);
         }
-        document.section(
-            Medium::All,
+        document.list(
             &format!(
                 "What the residual follows that is left (score {})",
                 score(self.diagnosis.score_after)
             ),
-            Block::List(remains(&diagnosis.unexplained)),
+            remains(&diagnosis.unexplained),
         );
-        let left = foremost(&diagnosis.unexplained, words::diagnose::REMAINS);
+        let left = foremost(&diagnosis.unexplained, text::diagnose::REMAINS);
         for (finding, over_two) in left.iter().filter_map(|f| Some((f, f.map.as_ref()?))) {
             let table = Block::Table(map(over_two, finding));
             document.section(Medium::Page, &map_title(finding, over_two), table);
         }
         let left_out = undone(&diagnosis.incomplete, &self.model.robot);
-        document.section(Medium::All, words::diagnose::INCOMPLETE_HEADING, Block::List(left_out));
+        document.list(text::diagnose::INCOMPLETE_HEADING, left_out);
         let medium = if missing { Medium::Page } else { Medium::All };
         document.section(
             medium,
@@ -111,26 +104,16 @@ impl Report for DiagnoseReport<'_> {
             "What these logs hardly tell apart, and from how many times the smallest size on",
             Block::Table(self.confusable()),
         );
-        document.push(Block::List(words::compare::notes(self.notices)));
+        document.push(Block::List(text::compare::notes(self.notices)));
         document
-    }
-}
-
-impl super::Recorded for DiagnoseReport<'_> {
-    #[cfg(feature = "rerun")]
-    fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
-        crate::rerun::diagnose_recording(path, self, &self.document())
     }
 }
 
 impl DiagnoseReport<'_> {
     /// The calibrations that are off, and what the logs fix of mountings where one is of a link.
     fn push_calibrations(&self, document: &mut Document) {
-        document.section(
-            Medium::All,
-            "Calibrations that are off, which are no missing effect",
-            Block::List(self.calibrations()),
-        );
+        document
+            .list("Calibrations that are off, which are no missing effect", self.calibrations());
         let mountings = self.diagnosis.mountings.as_ref().filter(|_| {
             let posture = |f: &FittedEffect| {
                 f.effect.kind.calibration.is_some_and(|c| c.scope == CalibrationScope::Postures)
@@ -138,7 +121,7 @@ impl DiagnoseReport<'_> {
             self.diagnosis.calibration.iter().any(posture)
         });
         if let Some(mountings) = mountings {
-            document.push(Block::Note(words::diagnose::mountings(mountings, &self.model.robot)));
+            document.push(Block::Note(text::diagnose::mountings(mountings, &self.model.robot)));
         }
     }
 
@@ -257,23 +240,17 @@ fn curve(curve: &EffectCurve, joints: &[String]) -> Picture {
     let winding = !fitted.is_sorted_by(|a, b| a.0 <= b.0);
     let name = if winding { "ringed: the effect as fitted" } else { "the effect as fitted" };
     let points = if winding { Vec::new() } else { fitted.clone() };
+    // A long name stands in the title.
+    let y_label = match shown.chars().count() {
+        0..=MOST_OF_AXIS => y.named(&shown),
+        _ => y.unit.to_owned(),
+    };
+    let lines = vec![PlotLine::new(name, color::run(1), points)];
     let plot = Plot {
-        x_label: x.named(&x_name(curve, joints)),
-        // A long name stands in the title.
-        y_label: match shown.chars().count() {
-            0..=MOST_OF_AXIS => y.named(&shown),
-            _ => y.unit.to_owned(),
-        },
-        lines: vec![PlotLine {
-            name: name.to_owned(),
-            color: color::run(1),
-            dash: Dash::Solid,
-            points,
-        }],
         rings: if winding { fitted } else { Vec::new() },
         marked: curve.points.iter().map(marked).collect(),
         wide: true,
-        ..Plot::default()
+        ..Plot::new(x.named(&x_name(curve, joints)), y_label, lines)
     };
     Picture::new(title(curve, joints), plot)
 }

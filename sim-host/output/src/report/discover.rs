@@ -2,7 +2,7 @@
 
 use crate::color::{self, Dash};
 use crate::document::{Marked, Picture, Plot, PlotLine};
-use crate::words::{self, Scale};
+use crate::text::{self, Scale};
 use trueweld_diagnose::discover::{Discovery, FreeCurve, FreeSurface, Hypothesis, LikeEffect};
 use trueweld_estimate::residuals::localize::ConditionBin;
 use trueweld_plant::effects::table::interpolate;
@@ -37,8 +37,8 @@ impl Axes {
             true => Scale::small(hypothesis.port.unit),
             false => Scale { factor: 1.0, unit: "" },
         };
-        let name = words::discover::axis(hypothesis, robot);
-        let quantity = words::discover::quantity(hypothesis, robot);
+        let name = text::discover::axis(hypothesis, robot);
+        let quantity = text::discover::quantity(hypothesis, robot);
         let times = match hypothesis.times {
             "1" => String::new(),
             times => format!(", over {times}"),
@@ -64,19 +64,19 @@ impl Axes {
     ) -> PlotLine {
         let scaled = |(at, value): (f64, f64)| (at * self.x.factor, value * self.y.factor);
         let points = points.map(scaled).collect();
-        PlotLine { name: name.to_owned(), color: color::run(run), dash, points }
+        PlotLine::new(name, color::run(run), points).dashed(dash)
     }
 
     fn figure(self, lines: Vec<PlotLine>, marked: Vec<Marked>) -> Picture {
         let Self { x_label, y_label, title, .. } = self;
-        Picture::new(title, Plot { x_label, y_label, lines, marked, wide: true, ..Plot::default() })
+        Picture::new(title, Plot { marked, wide: true, ..Plot::new(x_label, y_label, lines) })
     }
 }
 
 /// Where a row of a surface is, such as `the angle of A2 of 12°`.
 fn across(surface: &FreeSurface, row: usize, hypothesis: &Hypothesis, robot: &RobotFile) -> String {
     let value = scale(&surface.across, hypothesis.across_unit()).quantity(surface.across[row]);
-    format!("{} of {value}", words::discover::across(hypothesis, robot))
+    format!("{} of {value}", text::discover::across(hypothesis, robot))
 }
 
 /// The scale that suits values of a variable.
@@ -120,7 +120,7 @@ fn difference(discovery: &Discovery, like: &LikeEffect, robot: &RobotFile) -> Pi
         library.iter().map(|(x, y)| (*x, interpolate(&free.x, &values, *x) - y - lift)).collect()
     };
     let edge = |end: usize| less(&|k| free.shape[k][end]).into_iter();
-    let name = format!("the free curve less {}", words::discover::like_name(like, robot));
+    let name = format!("the free curve less {}", text::discover::like_name(like, robot));
     let [low, high] = edges(discovery);
     let lines = vec![
         axes.line(&name, 0, Dash::Solid, less(&|k| free.y[k]).into_iter()),
@@ -157,7 +157,7 @@ fn curve(discovery: &Discovery, robot: &RobotFile) -> Picture {
         }
     }
     if let Some(like) = &discovery.like {
-        let name = words::discover::like_name(like, robot);
+        let name = text::discover::like_name(like, robot);
         let points = lifted(like.curve.iter().map(|p| (p.x, p.y)).collect());
         lines.push(axes.line(&format!("{name}, as fitted"), 3, Dash::Dashed, points));
     }

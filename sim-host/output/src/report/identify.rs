@@ -3,17 +3,19 @@
 use super::{PublishedResult, Report};
 use crate::color::{Dash, run};
 use crate::document::{
-    Block, Column, Document, Medium, Picture, Plot, PlotLine, Table, number, words,
+    Block, Column, Document, Medium, Picture, Plot, PlotLine, Table, TableCell, number, words,
 };
 use crate::json::identify::{IdentifyResult, StiffnessPlanResult};
-use crate::words::identify::{
+use crate::text::identify::{
     expected, headline, is_misfit, joints_of, lead, linear, load, open, part, plan_headline,
     plan_setting, quantity, setting, with_interval,
 };
-use crate::words::{digits, fixed, score, share, signed_share};
+use crate::text::{digits, fixed, score, share, signed_share};
 use crate::{IdentifyReport, StiffnessPlanReport};
 use std::f64::consts::TAU;
-use trueweld_estimate::identify::{IdentificationTarget, Mode, Section, StiffnessCurve};
+use trueweld_estimate::identify::{
+    CurvePoint, IdentificationTarget, Mode, Number, Section, StiffnessCurve,
+};
 
 impl Report for IdentifyReport<'_> {
     const SCHEMA: &'static str = "identify/1";
@@ -31,13 +33,13 @@ impl Report for IdentifyReport<'_> {
         document.push(Block::Lead(lead(found)));
         document.push(Block::Table(self.numbers()));
         document.push(Block::List(open(self)));
-        document.section(Medium::All, "Modes, motors locked", Block::Table(self.modes()));
-        document.section(Medium::All, "Parts of the welds", Block::Table(self.sections()));
+        document.table("Modes, motors locked", self.modes());
+        document.table("Parts of the welds", self.sections());
         document.push(Block::Note(setting(self)));
         let curves = found.curves.iter().map(|curve| self.curve(curve)).collect();
-        document.section(Medium::Page, "Stiffness over torque", Block::Figures(curves));
+        document.figures("Stiffness over torque", curves);
         document.section(Medium::Page, "Correlation", Block::Table(self.correlation()));
-        document.push(Block::List(crate::words::compare::notes(&found.notices)));
+        document.push(Block::List(crate::text::compare::notes(&found.notices)));
         document
     }
 }
@@ -45,7 +47,6 @@ impl Report for IdentifyReport<'_> {
 impl IdentifyReport<'_> {
     fn numbers(&self) -> Table {
         let found = self.found;
-        let of_stiffness = found.target == IdentificationTarget::Stiffness;
         let mut head =
             vec![words(""), number("given"), number("identified, 95 %"), number("change")];
         match found.target {
@@ -53,39 +54,44 @@ impl IdentifyReport<'_> {
             IdentificationTarget::Damping => head.push(number("by decrements alone, 95 %")),
             IdentificationTarget::Process => {}
         }
+        Table { head: vec![head], rows: found.numbers.iter().map(|n| self.number_row(n)).collect() }
+    }
+
+    fn number_row(&self, n: &Number) -> Vec<TableCell> {
+        let found = self.found;
         let joints = &self.model.robot.joint_names;
-        let row = |n: &trueweld_estimate::identify::Number| {
-            let change = match n.interval {
-                Some(_) if n.unit == "rad" || n.given.is_nan() || n.given == 0.0 => String::new(),
-                Some(_) => signed_share(n.value / n.given - 1.0),
-                None => "–".to_owned(),
-            };
-            let label = match (n.at.as_str(), found.target) {
-                ("", _) => n.name.clone(),
-                (at, IdentificationTarget::Process) => format!("{at}: {}", n.name),
-                (at, _) => at.to_owned(),
-            };
-            let mut row = vec![
-                words(label),
-                number(quantity(n.given, n.unit)),
-                number(with_interval(n)).bad(!n.is_identifiable()),
-                number(change),
-            ];
-            if of_stiffness {
+        let change = match n.interval {
+            Some(_) if n.unit == "rad" || n.given.is_nan() || n.given == 0.0 => String::new(),
+            Some(_) => signed_share(n.value / n.given - 1.0),
+            None => "–".to_owned(),
+        };
+        let label = match (n.at.as_str(), found.target) {
+            ("", _) => n.name.clone(),
+            (at, IdentificationTarget::Process) => format!("{at}: {}", n.name),
+            (at, _) => at.to_owned(),
+        };
+        let mut row = vec![
+            words(label),
+            number(quantity(n.given, n.unit)),
+            number(with_interval(n)).bad(!n.is_identifiable()),
+            number(change),
+        ];
+        match found.target {
+            IdentificationTarget::Stiffness => {
                 let curve = found.curves.iter().find(|c| joints[c.joint] == n.at);
                 let bent = curve.is_some_and(|c| !c.is_linear());
                 row.push(words(linear(curve)).bad(bent));
             }
-            if found.target == IdentificationTarget::Damping {
+            IdentificationTarget::Damping => {
                 let joint = joints.iter().position(|name| *name == n.at);
                 let by = joint.and_then(|j| found.decrements[j]);
                 row.push(number(by.map_or("–".to_owned(), |by| {
                     format!("{} ± {}", quantity(by.value, n.unit), share(by.half / by.value))
                 })));
             }
-            row
-        };
-        Table { head: vec![head], rows: found.numbers.iter().map(row).collect() }
+            IdentificationTarget::Process => {}
+        }
+        row
     }
 
     fn modes(&self) -> Table {
@@ -123,20 +129,17 @@ impl IdentifyReport<'_> {
         if numbers.len() < 2 {
             return Table::default();
         }
-        let label = |n: &trueweld_estimate::identify::Number| {
-            if n.at.is_empty() { n.name.clone() } else { n.at.clone() }
+        let label = |n: &Number| if n.at.is_empty() { n.name.clone() } else { n.at.clone() };
+        let head = std::iter::once(words("")).chain(numbers.iter().map(|n| number(label(n))));
+        let cell = |i: usize, j: usize| match self.found.correlation[(i, j)] {
+            value if value.is_finite() => number(fixed(value, 2)),
+            _ => number("–"),
         };
-        let mut head = vec![words("")];
-        head.extend(numbers.iter().map(|n| number(label(n))));
         let row = |i: usize| {
-            let mut row = vec![words(label(&numbers[i]))];
-            row.extend((0..numbers.len()).map(|j| {
-                let value = self.found.correlation[(i, j)];
-                number(if value.is_finite() { fixed(value, 2) } else { "–".to_owned() })
-            }));
-            row
+            let cells = (0..numbers.len()).map(|j| cell(i, j));
+            std::iter::once(words(label(&numbers[i]))).chain(cells).collect()
         };
-        Table { head: vec![head], rows: (0..numbers.len()).map(row).collect() }
+        Table { head: vec![head.collect()], rows: (0..numbers.len()).map(row).collect() }
     }
 
     /// K(τ) with its interval, and the one number.
@@ -144,33 +147,20 @@ impl IdentifyReport<'_> {
         let joint = &self.model.robot.joint_names[curve.joint];
         let stiffness = self.found.model.robot.parameters.joints[curve.joint].stiffness;
         let ends = [curve.points.first(), curve.points.last()].map(|p| p.map_or(0.0, |p| p.torque));
-        let line =
-            |name: &str,
-             color,
-             dash,
-             of: &dyn Fn(&trueweld_estimate::identify::CurvePoint) -> f64| {
-                let points = curve.points.iter().map(|p| {
-                    let value = of(p) * 1e-6;
-                    (p.torque * 1e-3, if value.is_finite() { value } else { f64::NAN })
-                });
-                PlotLine { name: name.to_owned(), color, dash, points: points.collect() }
-            };
+        let points = |of: fn(&CurvePoint) -> f64| -> Vec<(f64, f64)> {
+            let drawn = |value: f64| if value.is_finite() { value } else { f64::NAN };
+            curve.points.iter().map(|p| (p.torque * 1e-3, drawn(of(p) * 1e-6))).collect()
+        };
+        let one = ends.map(|torque| (torque * 1e-3, stiffness * 1e-6)).to_vec();
+        let lines = vec![
+            PlotLine::new("over torque", run(0), points(|p| p.stiffness)),
+            PlotLine::new("95 %, low", run(0), points(|p| p.interval[0])).dashed(Dash::Dotted),
+            PlotLine::new("95 %, high", run(0), points(|p| p.interval[1])).dashed(Dash::Dotted),
+            PlotLine::new("one number", run(1), one).dashed(Dash::Dashed),
+        ];
         let plot = Plot {
-            x_label: "spring torque, kN·m".to_owned(),
-            y_label: "stiffness, MN·m/rad".to_owned(),
-            lines: vec![
-                line("over torque", run(0), Dash::Solid, &|p| p.stiffness),
-                line("95 %, low", run(0), Dash::Dotted, &|p| p.interval[0]),
-                line("95 %, high", run(0), Dash::Dotted, &|p| p.interval[1]),
-                PlotLine {
-                    name: "one number".to_owned(),
-                    color: run(1),
-                    dash: Dash::Dashed,
-                    points: ends.map(|torque| (torque * 1e-3, stiffness * 1e-6)).to_vec(),
-                },
-            ],
             named: true,
-            ..Plot::default()
+            ..Plot::new("spring torque, kN·m", "stiffness, MN·m/rad", lines)
         };
         Picture {
             text: format!("Linear: {}.", linear(Some(curve))),
@@ -208,13 +198,9 @@ impl Report for StiffnessPlanReport<'_> {
         let mut head = vec![words("")];
         head.extend(joints.iter().map(|name| number(format!("{name}, °"))));
         head.push(words("load"));
-        document.section(
-            Medium::All,
+        document.table(
             "The loads, in order",
-            Block::Table(Table {
-                head: vec![head],
-                rows: self.plan.loads.iter().enumerate().map(row).collect(),
-            }),
+            Table { head: vec![head], rows: self.plan.loads.iter().enumerate().map(row).collect() },
         );
         document.push(Block::Note(plan_setting(self)));
         document

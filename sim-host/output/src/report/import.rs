@@ -4,7 +4,7 @@ use super::{PublishedResult, Report};
 use crate::ImportReport;
 use crate::document::{Block, Document, Medium, Table, Tone, number, words};
 use crate::json::import::ImportResult;
-use crate::words::import::{bases, doubts, headline};
+use crate::text::import::{bases, doubts, headline};
 use trueweld_logs::log::channel_name;
 
 impl Report for ImportReport<'_> {

@@ -8,8 +8,8 @@ use crate::ImproveReport;
 use crate::document::{Block, Column, Document, Medium, Table, number, words};
 use crate::json::improve::{ImproveResult, PosteriorNumber};
 use crate::samples::{self, BlockTable};
-use crate::words::diagnose::{CURVES, INCOMPLETE_HEADING, remains, undone};
-use crate::words::{condensed, digits, score};
+use crate::text::diagnose::{CURVES, INCOMPLETE_HEADING, remains, undone};
+use crate::text::{condensed, digits, score};
 use trueweld_diagnose::DiagnosisVerdict;
 
 impl Report for ImproveReport<'_> {
@@ -34,15 +34,15 @@ impl Report for ImproveReport<'_> {
         document.push(Block::Lead(self.verdict()));
         document.push(Block::List(self.laws()));
         document.push(Block::Note(self.setting()));
-        document.section(Medium::All, "Step by step", Block::Table(self.steps()));
+        document.table("Step by step", self.steps());
         if improvement.is_any() {
             let found = super::discover::curves(&improvement.discovered, &self.model.robot);
-            document.section(Medium::Page, crate::words::discover::CURVE, Block::Figures(found));
+            document.figures(crate::text::discover::CURVE, found);
             let curves = self
                 .reason
                 .filter(|_| self.adds_effects() && improvement.discovered.is_empty())
                 .map_or(Vec::new(), |r| evidence(r, &self.model.robot));
-            document.section(Medium::Page, CURVES, Block::Figures(curves));
+            document.figures(CURVES, curves);
             for (logs, [before, after]) in [
                 ("of the logs held out, to which nothing was fitted", self.held_out),
                 ("of the logs fitted", [self.before, self.after]),
@@ -55,36 +55,22 @@ impl Report for ImproveReport<'_> {
                 document.section(Medium::Page, &heading, figures);
             }
         }
-        document.section(
-            Medium::All,
-            "The values of the improved model",
-            Block::Table(self.values()),
-        );
+        document.table("The values of the improved model", self.values());
         document.section(
             Medium::Page,
             "What the logs measure of the cell, jointly: [posterior] of the improved model",
             Block::Table(self.posterior()),
         );
         document.push_on(Medium::Page, Block::Note(self.not_measured()));
-        document.section(Medium::All, "Tried and not kept", Block::Table(self.rejections()));
+        document.table("Tried and not kept", self.rejections());
         let left_out = undone(&improvement.incomplete, &self.model.robot);
-        document.section(Medium::All, INCOMPLETE_HEADING, Block::List(left_out));
+        document.list(INCOMPLETE_HEADING, left_out);
         if improvement.verdict == DiagnosisVerdict::UnknownEffect {
-            document.section(
-                Medium::All,
-                "What the residual follows that is left",
-                Block::List(remains(&improvement.unexplained)),
-            );
+            document
+                .list("What the residual follows that is left", remains(&improvement.unexplained));
         }
-        document.push(Block::List(crate::words::compare::notes(self.notices)));
+        document.push(Block::List(crate::text::compare::notes(self.notices)));
         document
-    }
-}
-
-impl super::Recorded for ImproveReport<'_> {
-    #[cfg(feature = "rerun")]
-    fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
-        crate::rerun::improve_recording(path, self, &self.document())
     }
 }
 

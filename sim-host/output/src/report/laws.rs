@@ -7,7 +7,7 @@ use crate::document::{
 };
 use crate::json::laws::LawsResult;
 use crate::samples::{self, BlockTable};
-use crate::words::laws::{axis, failures, headline, label, setting, title};
+use crate::text::laws::{axis, failures, headline, label, setting, title};
 use crate::{LawsReport, MILLI};
 use trueweld_compensators::{Entry, library};
 use trueweld_evaluate::WeldFigures;
@@ -115,18 +115,16 @@ impl LawsReport<'_> {
                 points.push((k as f64, lateral * MILLI));
             }
             let (color, dash) = color::series(self.place(law));
-            PlotLine { name: law.name().to_owned(), color, dash, points }
+            PlotLine::new(law.name(), color, points).dashed(dash)
         });
+        let lines = required.into_iter().chain(lines).collect();
         let plot = Plot {
-            x_label: axis(sweep.quantity).to_owned(),
-            y_label: "lateral, RMS, mm".to_owned(),
-            lines: required.into_iter().chain(lines).collect(),
             x_range: Some(ends),
             y_range,
             categories,
             named: true,
             logarithmic: true,
-            ..Plot::default()
+            ..Plot::new(axis(sweep.quantity), "lateral, RMS, mm", lines)
         };
         Picture::new(title(self.comparison, sweep.quantity), plot)
     }

@@ -8,7 +8,7 @@ mod identify;
 mod import;
 mod improve;
 mod laws;
-mod mistakes;
+mod log_faults;
 mod record;
 mod register;
 mod residuals;
@@ -82,6 +82,27 @@ pub trait Recorded {
     /// [`OutputError`] with the path; no file is left behind.
     #[cfg(feature = "rerun")]
     fn record(&self, path: &Path) -> Result<(), OutputError>;
+}
+
+/// Declares which reports are recorded, and what writes the recording.
+macro_rules! recorded {
+    ($($report:ident by $write:ident,)+) => {$(
+        impl Recorded for crate::$report<'_> {
+            #[cfg(feature = "rerun")]
+            fn record(&self, path: &Path) -> Result<(), OutputError> {
+                crate::rerun::$write(path, self, &self.document())
+            }
+        }
+    )+};
+}
+
+recorded! {
+    WeldReport by weld_recording,
+    StepReport by step_recording,
+    CompareReport by compare_recording,
+    DiagnoseReport by diagnose_recording,
+    ImproveReport by improve_recording,
+    StudyLayoutReport by layout_recording,
 }
 
 /// The name of every schema, which a file has as its `schema`, without its version; and the schema.

@@ -2,7 +2,7 @@
 
 use super::{PublishedResult, Report};
 use crate::document::{Block, Column, Document, Table, number, words};
-use crate::words::{counted, fixed};
+use crate::text::{counted, fixed};
 use crate::{RecordReport, RecordedLog};
 
 impl Report for RecordReport<'_> {

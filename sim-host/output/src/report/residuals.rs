@@ -2,8 +2,8 @@
 
 use crate::color::{self, Dash, REFERENCE, Rgb};
 use crate::document::{Bar, Picture, Plot, PlotLine, Table, number, words};
-use crate::words::finding::{category, variable};
-use crate::words::{Scale, fixed};
+use crate::text::finding::{category, variable};
+use crate::text::{Scale, fixed};
 use trueweld_estimate::residuals::compare::{LogComparison, Trace};
 use trueweld_estimate::residuals::localize::{Finding, MapAxis, ResidualMap};
 
@@ -36,38 +36,41 @@ pub(super) fn score_bar(score: f64, highest: f64) -> Bar {
 /// The residual of a finding over two conditions: blue where it is negative, orange where it is
 /// positive.
 pub(super) fn map(map: &ResidualMap, finding: &Finding) -> Table {
-    const COLORS: [Rgb; 2] = [[0, 114, 178], [213, 94, 0]];
-    let labels = |axis: &MapAxis| -> Vec<String> {
-        let scale = Scale::large(axis.variable.unit());
-        let of = |(k, v): (usize, &f64)| match axis.categories.get(k) {
-            Some(named) => category(*named, finding),
-            None => scale.number(*v),
-        };
-        axis.values.iter().enumerate().map(of).collect()
-    };
     let name = |axis: &MapAxis| {
         Scale::large(axis.variable.unit()).named(&variable(axis.variable, &finding.joints))
     };
     let scale = Scale::small(map.series.0.unit());
     let most =
         map.mean.iter().flatten().filter(|v| v.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()));
-    let cell = |value: &f64| {
-        if !value.is_finite() {
-            return number("");
-        }
-        let [full, strength] =
-            [COLORS[usize::from(*value > 0.0)].map(f64::from), [value.abs() / most; 3]];
-        // Pale enough for the number to be read.
-        let shade = std::array::from_fn(|k| (255.0 - 0.7 * strength[k] * (255.0 - full[k])) as u8);
-        number(scale.number(*value)).shaded(shade)
+    let cell = |value: &f64| match value.is_finite() {
+        true => number(scale.number(*value)).shaded(shade(value / most)),
+        false => number(""),
     };
-    let rows = labels(&map.y)
+    let rows = labels(&map.y, finding)
         .into_iter()
         .zip(&map.mean)
         .map(|(label, row)| std::iter::once(words(label)).chain(row.iter().map(cell)).collect());
     let above = vec![words(name(&map.y)), words(name(&map.x)).over(map.x.values.len())];
-    let head = std::iter::once(words("")).chain(labels(&map.x).into_iter().map(number)).collect();
+    let columns = labels(&map.x, finding).into_iter().map(number);
+    let head = std::iter::once(words("")).chain(columns).collect();
     Table { head: vec![above, head], rows: rows.collect() }
+}
+
+/// The bins of an axis, by number or by category.
+fn labels(axis: &MapAxis, finding: &Finding) -> Vec<String> {
+    let scale = Scale::large(axis.variable.unit());
+    let label = |(k, v): (usize, &f64)| match axis.categories.get(k) {
+        Some(named) => category(*named, finding),
+        None => scale.number(*v),
+    };
+    axis.values.iter().enumerate().map(label).collect()
+}
+
+/// The colour behind a value, from -1 to 1: pale enough for the number to be read.
+fn shade(value: f64) -> Rgb {
+    const COLORS: [Rgb; 2] = [[0, 114, 178], [213, 94, 0]];
+    let full = COLORS[usize::from(value > 0.0)].map(f64::from);
+    full.map(|full| (255.0 - 0.7 * value.abs() * (255.0 - full)) as u8)
 }
 
 /// One column of a log under one model or two.
@@ -133,11 +136,8 @@ impl ColumnComparison<'_> {
             format!("{}: {}, {}; score {}", self.log, trace.channel, trace.label, self.scores);
         let wide = self.hides_difference();
         let plot = |scale: Scale, lines| Plot {
-            x_label: "time, s".to_owned(),
-            y_label: scale.named(&trace.label),
-            lines,
             wide,
-            ..Plot::default()
+            ..Plot::new("time, s", scale.named(&trace.label), lines)
         };
         let large = Scale::large(trace.unit);
         let predicted = self.predictions.iter().map(|(name, color, trace)| {
@@ -170,7 +170,7 @@ impl ColumnComparison<'_> {
 
 fn line(name: &str, color: Rgb, dash: Dash, trace: &Trace, of: impl Fn(usize) -> f64) -> PlotLine {
     let points = (0..trace.time.len()).map(|k| (trace.time[k], of(k))).collect();
-    PlotLine { name: name.to_owned(), color, dash, points }
+    PlotLine::new(name, color, points).dashed(dash)
 }
 
 fn mean_square(trace: &Trace) -> f64 {

@@ -1,14 +1,14 @@
 //! Responses of the controllers to a step of the push.
 
 use super::{PublishedResult, Report};
-use crate::color::{self, Dash};
+use crate::color;
 use crate::document::{
     Block, Document, Medium, Picture, Plot, PlotLine, Table, TableCell, Tone, number, reference,
     words,
 };
 use crate::samples::{self, BlockTable};
-use crate::words::step::{headline, milliseconds, setting};
-use crate::words::{PublishedStep, fixed};
+use crate::text::step::{headline, milliseconds, setting};
+use crate::text::{PublishedStep, fixed};
 use crate::{MILLI, StepReport, StepRun};
 use trueweld_plant::simulate::RecordRow;
 
@@ -29,13 +29,6 @@ impl Report for StepReport<'_> {
         document.push(Block::Table(table(self.runs)));
         document.push_on(Medium::Page, Block::Figures(self.figures()));
         document
-    }
-}
-
-impl super::Recorded for StepReport<'_> {
-    #[cfg(feature = "rerun")]
-    fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
-        crate::rerun::step_recording(path, self, &self.document())
     }
 }
 
@@ -84,34 +77,31 @@ impl StepReport<'_> {
         rows.filter_map(|row| of(row).map(|value| (row.time - at, value))).collect()
     }
 
-    fn figures(&self) -> Vec<Picture> {
-        let lines = |of: &dyn Fn(&RecordRow) -> Option<f64>| -> Vec<PlotLine> {
-            let line = |(k, run): (usize, &StepRun)| PlotLine {
-                name: run.recording.controller.to_owned(),
-                color: color::run(k),
-                dash: Dash::Solid,
-                points: Self::since_step(run, self.at, of),
-            };
-            self.runs.iter().enumerate().map(line).collect()
+    /// A signal of every run.
+    fn lines(&self, of: impl Fn(&RecordRow) -> Option<f64>) -> Vec<PlotLine> {
+        let line = |(k, run): (usize, &StepRun)| {
+            let points = Self::since_step(run, self.at, &of);
+            PlotLine::new(run.recording.controller, color::run(k), points)
         };
+        self.runs.iter().enumerate().map(line).collect()
+    }
+
+    fn figures(&self) -> Vec<Picture> {
         let last = self.runs.first().and_then(|run| run.recording.rows.last());
         let goal = last.and_then(|row| row.force_desired).unwrap_or(0.0);
         let near = 0.05 * self.height.abs();
-        let mut push = lines(&|row| Some(-row.force_w.z / MILLI));
+        let mut push = self.lines(|row| Some(-row.force_w.z / MILLI));
         push.extend(self.runs.first().map(|run| {
             let desired = |row: &RecordRow| row.force_desired.map(|force| force / MILLI);
             reference("push asked for", held(&Self::since_step(run, self.at, desired)))
         }));
         let plot = |y_label: &str, lines: Vec<PlotLine>, band: [f64; 2]| Plot {
-            x_label: "time since the step, s".to_owned(),
-            y_label: y_label.to_owned(),
-            lines,
             band: Some(band),
             band_name: "±5 % of the step".into(),
             wide: true,
-            ..Plot::default()
+            ..Plot::new("time since the step, s", y_label, lines)
         };
-        let errors = lines(&|row| row.force_desired.map(|desired| -row.force_w.z - desired));
+        let errors = self.lines(|row| row.force_desired.map(|desired| -row.force_w.z - desired));
         vec![
             Picture::new(
                 "Response",

@@ -4,10 +4,10 @@ use super::{PublishedResult, Report};
 use crate::TuneReport;
 use crate::document::{Block, Column, Document, Medium, Table, TableCell, number, words};
 use crate::json::tune::TuneResult;
-use crate::words::requirement::shown;
-use crate::words::step::milliseconds;
-use crate::words::tune::{confirmed, headline, limits, of_weld, setting};
-use crate::words::{fixed, share};
+use crate::text::requirement::shown;
+use crate::text::step::milliseconds;
+use crate::text::tune::{confirmed, headline, limits, of_weld, setting};
+use crate::text::{fixed, share};
 use std::f64::consts::TAU;
 use trueweld_evaluate::ArmAt;
 use trueweld_evaluate::tune::{LoopCriterion, Rating};
@@ -26,12 +26,8 @@ impl Report for TuneReport<'_> {
             Document::new("Gains", headline(self), self.provenance).judged(verdict, good);
         document.push(Block::Note(setting(self)));
         document.push(Block::Table(self.controllers_table()));
-        document.section(
-            Medium::All,
-            "Laws, on top of the external controller",
-            Block::Table(self.laws_table()),
-        );
-        document.section(Medium::All, "What limits them", Block::List(limits(self)));
+        document.table("Laws, on top of the external controller", self.laws_table());
+        document.list("What limits them", limits(self));
         document.section(Medium::Page, "The arm along the weld", Block::Table(self.arm_table()));
         document
     }

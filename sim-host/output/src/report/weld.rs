@@ -3,12 +3,12 @@
 use super::{PublishedResult, Report};
 use crate::color::{self, Dash, JOINT_COLOURS as JOINT_COLORS};
 use crate::document::{
-    Block, Document, Medium, Picture, Plot, PlotLine, Table, number, reference, words,
+    Block, Document, Medium, Picture, Plot, PlotLine, Table, TableCell, number, reference, words,
 };
 use crate::path::{moving, travelled};
 use crate::samples::{self, BlockTable};
-use crate::words::weld::{beyond_tolerance, headline, run_names, setting, speed};
-use crate::words::{Scale, fixed};
+use crate::text::weld::{beyond_tolerance, headline, run_names, setting, speed};
+use crate::text::{Scale, fixed};
 use crate::{MILLI, WeldReport, WeldRun};
 use trueweld_core::monitor::WATCHED_ORDERS;
 use trueweld_core::{JOINTS, JointVector};
@@ -37,13 +37,6 @@ impl Report for WeldReport<'_> {
     }
 }
 
-impl super::Recorded for WeldReport<'_> {
-    #[cfg(feature = "rerun")]
-    fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
-        crate::rerun::weld_recording(path, self, &self.document())
-    }
-}
-
 /// Three columns a run: mean, root mean square and largest magnitude.
 fn table(runs: &[WeldRun], names: &[String]) -> Table {
     let mut head = vec![vec![words("")], vec![words("")]];
@@ -51,19 +44,12 @@ fn table(runs: &[WeldRun], names: &[String]) -> Table {
         head[0].push(number(name).over(3).colored(color::run(k)));
         head[1].extend(["mean", "RMS", "|max|"].map(number));
     }
-    let mut rows = Vec::new();
-    let mut spread = |label: &str, scale: Scale, of: fn(&WeldFigures) -> Spread| {
-        let mut row = vec![words(scale.named(label))];
-        for run in runs {
-            let Spread { mean, rms, max_abs } = of(run.figures);
-            row.extend([mean, rms, max_abs].map(|v| number(fixed(v * scale.factor, 3))));
-        }
-        rows.push(row);
-    };
-    spread("lateral", Scale::small("m"), |f| f.lateral);
-    spread("longitudinal", Scale::small("m"), |f| f.longitudinal);
-    spread("depth", Scale::small("m"), |f| f.depth);
-    spread("tilt", Scale::large("rad"), |f| f.tilt);
+    let mut rows = vec![
+        spread(runs, "lateral", Scale::small("m"), |f| f.lateral),
+        spread(runs, "longitudinal", Scale::small("m"), |f| f.longitudinal),
+        spread(runs, "depth", Scale::small("m"), |f| f.depth),
+        spread(runs, "tilt", Scale::large("rad"), |f| f.tilt),
+    ];
     let mut text = |label: &str, of: &dyn Fn(&WeldRun) -> (String, bool)| {
         let cells = runs.iter().map(|run| {
             let (text, bad) = of(run);
@@ -130,6 +116,21 @@ fn table(runs: &[WeldRun], names: &[String]) -> Table {
     Table { head, rows }
 }
 
+/// Mean, root mean square and largest magnitude of every run.
+fn spread(
+    runs: &[WeldRun],
+    label: &str,
+    scale: Scale,
+    of: fn(&WeldFigures) -> Spread,
+) -> Vec<TableCell> {
+    let mut row = vec![words(scale.named(label))];
+    for run in runs {
+        let Spread { mean, rms, max_abs } = of(run.figures);
+        row.extend([mean, rms, max_abs].map(|v| number(fixed(v * scale.factor, 3))));
+    }
+    row
+}
+
 /// Signals over the position on the seam.
 struct SeamSignals<'a> {
     runs: &'a [WeldRun<'a>],
@@ -148,12 +149,7 @@ impl SeamSignals<'_> {
     }
 
     fn of_run(&self, k: usize, of: impl Fn(&RecordRow) -> f64) -> PlotLine {
-        PlotLine {
-            name: self.names[k].clone(),
-            color: color::run(k),
-            dash: Dash::Solid,
-            points: self.over_path(k, |row| Some(of(row))),
-        }
+        PlotLine::new(&self.names[k], color::run(k), self.over_path(k, |row| Some(of(row))))
     }
 
     fn of_all(&self, of: impl Fn(&RecordRow) -> f64 + Copy) -> Vec<PlotLine> {
@@ -174,11 +170,8 @@ impl SeamSignals<'_> {
         let ends = self.positions.iter().filter_map(|p| p.last());
         let length = MILLI * ends.fold(0.0, |longest: f64, end| longest.max(*end));
         Plot {
-            x_label: "position on the seam, mm".to_owned(),
-            y_label: y_label.to_owned(),
-            lines,
             x_range: (length > 0.0).then_some([0.0, length]),
-            ..Plot::default()
+            ..Plot::new("position on the seam, mm", y_label, lines)
         }
     }
 

@@ -4,9 +4,9 @@
 use super::signals;
 use super::writer::{RecordError, Store, Writer, refused};
 use crate::color::{JOINT_COLOURS, LIMIT, REFERENCE, Rgb, run};
-use crate::words::compare::{TOLD_FINDINGS, headline, setting};
-use crate::words::finding::sentence;
-use crate::words::{Scale, score};
+use crate::text::compare::{TOLD_FINDINGS, headline, setting};
+use crate::text::finding::sentence;
+use crate::text::{Scale, score};
 use nalgebra::Vector3;
 use re_chunk::TimeColumn;
 use re_log_types::{TimeCell, TimePoint, Timeline};

@@ -19,8 +19,8 @@ mod writer;
 pub use live::{Live, LiveWeld};
 
 use crate::document::Document;
-use crate::words::experiment;
-use crate::words::weld::limits;
+use crate::text::experiment;
+use crate::text::weld::limits;
 use crate::{
     CompareReport, DiagnoseReport, ImproveReport, OutputError, StepReport, StudyLayoutReport,
     WeldReport, write_file,
@@ -29,6 +29,7 @@ use re_sdk_types::archetypes::TextDocument;
 use re_sdk_types::components::MediaType;
 use shown::{Beside, DrawnRun, ORIGIN};
 use std::path::Path;
+use trueweld_diagnose::improve::ImprovementStep;
 use trueweld_estimate::residuals::compare::LogComparison;
 use trueweld_plant::simulate::{Recording, limit_spans};
 use writer::{RecordError, Store, Writer};
@@ -48,7 +49,7 @@ pub(crate) fn weld_recording(
     document: &Document,
 ) -> Result<(), OutputError> {
     let WeldReport { runs, exaggeration, .. } = *report;
-    let names = crate::words::weld::run_names(runs);
+    let names = crate::text::weld::run_names(runs);
     let beside = |r: &Recording| Beside::Path(crate::path::travelled(&r.rows));
     let shown = DrawnRun::all(runs.iter().map(|r| r.recording), &names, beside);
     let id = shown.first().map_or("empty", |s| s.recording.weld.as_str());
@@ -88,7 +89,7 @@ pub(crate) fn step_recording(
     document: &Document,
 ) -> Result<(), OutputError> {
     let StepReport { runs, at, .. } = *report;
-    let names = crate::words::step::controller_names(runs);
+    let names = crate::text::step::controller_names(runs);
     let shown = DrawnRun::all(runs.iter().map(|r| r.recording), &names, |_| Beside::Step(at));
     let id = shown.first().map_or("step".to_owned(), |s| format!("{}, step", s.recording.weld));
     save(path, &id, origin(document, &shown), |writer| {
@@ -158,13 +159,9 @@ pub(crate) fn improve_recording(
     document: &Document,
 ) -> Result<(), OutputError> {
     let steps = improved.improvement.steps.iter().enumerate();
-    let step = |(k, step): (usize, &trueweld_diagnose::improve::ImprovementStep)| {
-        format!(
-            "{}: score {:.3}, where nothing was fitted {:.3}",
-            improved.step(k),
-            step.score,
-            step.held_out
-        )
+    let step = |(k, step): (usize, &ImprovementStep)| {
+        let scores = [step.score, step.held_out].map(|score| format!("{score:.3}"));
+        format!("{}: score {}, where nothing was fitted {}", improved.step(k), scores[0], scores[1])
     };
     let said: Vec<String> =
         [improved.headline(), improved.verdict()].into_iter().chain(steps.map(step)).collect();

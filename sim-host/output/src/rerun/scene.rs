@@ -7,7 +7,7 @@ use super::writer::{RecordError, Store, Writer, refused};
 use crate::MILLI;
 use crate::WeldRun;
 use crate::color::LIMIT;
-use crate::words::weld::headline;
+use crate::text::weld::headline;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use re_chunk::TimeColumn;
 use re_sdk_types::AsComponents;

@@ -38,18 +38,14 @@ impl<'a> DrawnRun<'a> {
         names: &[String],
         beside: impl Fn(&Recording) -> Beside,
     ) -> Vec<Self> {
-        let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
-        let one = |(k, (recording, name)): (usize, (&'a Recording, &String))| Self {
+        let all = recordings.zip(names).enumerate().map(|(k, (recording, name))| Self {
             recording,
-            root: match name.as_str() {
-                "no compensation" => "none".to_owned(),
-                name => name.chars().map(plain).collect::<String>().replace("__", "_"),
-            },
+            root: root(name),
             name: name.clone(),
             color: run(k),
             beside: beside(recording),
-        };
-        recordings.zip(names).enumerate().map(one).collect()
+        });
+        all.collect()
     }
 
     /// The timelines of some rows, which are all on the seam or all off it.
@@ -78,4 +74,13 @@ impl<'a> DrawnRun<'a> {
 /// A position on the seam as the timeline counts it.
 pub(super) fn micrometres(metres: f64) -> i64 {
     (metres * 1e6).round() as i64
+}
+
+/// What the entities of a run begin with.
+fn root(name: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    match name {
+        "no compensation" => "none".to_owned(),
+        name => name.chars().map(plain).collect::<String>().replace("__", "_"),
+    }
 }

@@ -5,7 +5,7 @@ use super::writer::{RecordError, Store, Writer, refused};
 use crate::MILLI;
 use crate::color::{JOINT_COLOURS as JOINT_COLORS, REFERENCE, Rgb};
 use crate::path::moving;
-use crate::words;
+use crate::text;
 use re_chunk::TimeColumn;
 use re_log_types::{TimeCell, TimePoint, Timeline};
 use re_sdk_types::archetypes::{Scalars, SeriesLines, TextLog};
@@ -215,6 +215,16 @@ pub(super) fn chunks(rows: &[RecordRow], mut start: usize) -> impl Iterator<Item
     })
 }
 
+/// A time on the timelines of a run.
+fn instant(beside: &Beside, time: f64) -> TimePoint {
+    let nanoseconds = |seconds: f64| TimeCell::from_duration_nanos((seconds * 1e9).round() as i64);
+    let when = TimePoint::default().with(Timeline::new_duration("time"), nanoseconds(time));
+    match beside {
+        Beside::Step(at) => when.with(Timeline::new_duration(SINCE_STEP), nanoseconds(time - at)),
+        Beside::Path(_) => when,
+    }
+}
+
 /// Changes of phase, where limits and faults begin and end, and warnings.
 fn events<W: Write>(
     writer: &mut Writer<W>,
@@ -226,18 +236,10 @@ fn events<W: Write>(
     let (done, rows) = shown.recording.rows.split_at(from);
     let mut before = done.last();
     for row in rows {
-        let nanoseconds =
-            |seconds: f64| TimeCell::from_duration_nanos((seconds * 1e9).round() as i64);
         let mut log = |text: String, level: TextLogLevel| {
-            let mut when =
-                TimePoint::default().with(Timeline::new_duration("time"), nanoseconds(row.time));
-            if let Beside::Step(at) = shown.beside {
-                when = when.with(Timeline::new_duration(SINCE_STEP), nanoseconds(row.time - at));
-            }
-            let entry = TextLog::new(format!("{}: {text}", shown.name))
-                .with_level(level)
-                .with_color(rgb(shown.color));
-            writer.one(Store::Recording, &entity, when, &entry)
+            let entry = TextLog::new(format!("{}: {text}", shown.name));
+            let entry = entry.with_level(level).with_color(rgb(shown.color));
+            writer.one(Store::Recording, &entity, instant(&shown.beside, row.time), &entry)
         };
         if before.is_none_or(|b| b.phase != row.phase) {
             log(row.phase.name().to_owned(), TextLogLevel::INFO.into())?;
@@ -261,7 +263,7 @@ fn events<W: Write>(
             }
         }
         for warning in warnings.iter().filter(|warning| warning.first_s == row.time) {
-            log(words::weld::warning(warning), TextLogLevel::WARN.into())?;
+            log(text::weld::warning(warning), TextLogLevel::WARN.into())?;
         }
         before = Some(row);
     }

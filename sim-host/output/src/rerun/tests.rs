@@ -34,17 +34,13 @@ fn read(path: &Path, entity: &str) -> (BTreeMap<String, usize>, Vec<Chunk>, usiz
 fn text(path: &Path, entity: &str) -> String {
     let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
     let component = TextDocument::descriptor_text().component;
-    let of_message = |message| match message {
-        LogMsg::ArrowMsg(_, message) => {
-            let chunk = Chunk::from_arrow_msg(&message).unwrap();
-            (chunk.entity_path().to_string() == entity).then(|| {
-                chunk.iter_slices::<String>(component).flatten().map(|t| t.to_string()).collect()
-            })
-        }
+    let chunks = DecoderApp::decode_lazy(file).filter_map(|message| match message.unwrap() {
+        LogMsg::ArrowMsg(_, message) => Some(Chunk::from_arrow_msg(&message).unwrap()),
         _ => None,
-    };
-    let all = DecoderApp::decode_lazy(file).find_map(|message| of_message(message.unwrap()));
-    all.expect("a text")
+    });
+    let mut of_entity = chunks.filter(|chunk| chunk.entity_path().to_string() == entity);
+    let chunk = of_entity.next().expect("a text");
+    chunk.iter_slices::<String>(component).flatten().map(|t| t.to_string()).collect()
 }
 
 #[test]

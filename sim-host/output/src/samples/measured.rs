@@ -1,6 +1,6 @@
 //! Samples of logs beside what models predict of them, long: a row for every value.
 
-use super::{BlockTable, ColumnValues};
+use super::{BlockTable, ColumnValues, SampleBlock};
 use trueweld_estimate::residuals::compare::{LogComparison, Trace};
 
 /// Columns of words, and of numbers in the unit of the row.
@@ -15,20 +15,29 @@ pub(crate) fn of_logs<'a>(groups: Vec<([&'static str; 2], &'a [LogComparison])>)
         };
         logs.iter().flat_map(of_log)
     });
-    let block = |([model, role], log, trace): ([&'static str; 2], &'a LogComparison, &'a Trace)| {
-        let kind = log.kind.name();
-        let words =
-            [model, role, log.name.as_str(), kind, trace.channel, trace.label.as_str(), trace.unit];
-        let words = words.map(ColumnValues::Word);
-        let residual = trace.measured.iter().zip(&trace.predicted).map(|(m, p)| m - p).collect();
-        let numbers = [
-            ColumnValues::Borrowed(&trace.time),
-            ColumnValues::Borrowed(&trace.measured),
-            ColumnValues::Borrowed(&trace.predicted),
-            ColumnValues::Numbers(residual),
-            ColumnValues::Borrowed(&trace.deviation),
-        ];
-        words.into_iter().chain(numbers).collect()
-    };
-    BlockTable::new(WORD_COLUMNS, NUMBER_COLUMNS, traces.map(block))
+    BlockTable::new(
+        WORD_COLUMNS,
+        NUMBER_COLUMNS,
+        traces.map(|(group, log, trace)| block(group, log, trace)),
+    )
+}
+
+fn block<'a>(
+    [model, role]: [&'static str; 2],
+    log: &'a LogComparison,
+    trace: &'a Trace,
+) -> SampleBlock<'a> {
+    let kind = log.kind.name();
+    let words =
+        [model, role, log.name.as_str(), kind, trace.channel, trace.label.as_str(), trace.unit];
+    let words = words.map(ColumnValues::Word);
+    let residual = trace.measured.iter().zip(&trace.predicted).map(|(m, p)| m - p).collect();
+    let numbers = [
+        ColumnValues::Borrowed(&trace.time),
+        ColumnValues::Borrowed(&trace.measured),
+        ColumnValues::Borrowed(&trace.predicted),
+        ColumnValues::Numbers(residual),
+        ColumnValues::Borrowed(&trace.deviation),
+    ];
+    words.into_iter().chain(numbers).collect()
 }

@@ -180,49 +180,51 @@ mod tests {
     #[test]
     fn parquet_and_csv_hold_the_same_to_the_last_digit() {
         use crate::{Report, WeldReport, sample};
-        use ::parquet::file::reader::{FileReader, SerializedFileReader};
-        use ::parquet::record::Field;
 
-        let folder = tempfile::tempdir().unwrap();
         let welds = sample::welds(300);
         let runs = welds.runs();
         let weld = WeldReport { runs: &runs, exaggeration: 1.0, provenance: sample::provenance() };
         let parts = sample::diagnosis(trueweld_diagnose::DiagnosisVerdict::EffectFound);
-        let both = |name: &str, write: &dyn Fn(&Path)| {
-            let [csv, parquet] =
-                ["csv", "parquet"].map(|e| folder.path().join(name).with_extension(e));
-            write(&csv);
-            write(&parquet);
-            let text = std::fs::read_to_string(csv).unwrap();
-            let mut lines = text.lines();
-            let names: Vec<&str> = lines.next().unwrap().split(',').collect();
-            let reader = SerializedFileReader::new(std::fs::File::open(parquet).unwrap()).unwrap();
-            let mut rows = 0;
-            for (row, line) in reader.get_row_iter(None).unwrap().zip(lines.by_ref()) {
-                let row = row.unwrap();
-                // Phases of a weld have commas in them.
-                let fields = csv_fields(line);
-                assert_eq!(fields.len(), names.len());
-                for (((name, field), expected), text) in
-                    row.get_column_iter().zip(&names).zip(&fields)
-                {
-                    assert_eq!(name, expected);
-                    match field {
-                        Field::Str(word) => assert_eq!(word, text),
-                        Field::Double(value) if value.is_nan() => assert_eq!(text, ""),
-                        Field::Double(value) => assert_eq!(text.parse(), Ok(*value)),
-                        other => panic!("{other:?}"),
-                    }
-                }
-                rows += 1;
-            }
-            assert_eq!((lines.next(), rows), (None, reader.metadata().file_metadata().num_rows()));
-            rows
-        };
-        assert_eq!(both("weld", &|path| weld.samples().unwrap().write(path).unwrap()), 600);
+        assert_eq!(rows_of_both(&|path| weld.samples().unwrap().write(path).unwrap()), 600);
         // Three columns of 500 rows, under two models.
         let diagnosed = parts.diagnosed();
-        assert_eq!(both("logs", &|path| diagnosed.samples().unwrap().write(path).unwrap()), 3000);
+        assert_eq!(rows_of_both(&|path| diagnosed.samples().unwrap().write(path).unwrap()), 3000);
+    }
+
+    /// Rows that are written as CSV and as Parquet, and hold the same.
+    #[cfg(feature = "parquet")]
+    fn rows_of_both(write: &dyn Fn(&Path)) -> i64 {
+        use ::parquet::file::reader::{FileReader, SerializedFileReader};
+        use ::parquet::record::Field;
+
+        let folder = tempfile::tempdir().unwrap();
+        let [csv, parquet] = ["a.csv", "a.parquet"].map(|name| folder.path().join(name));
+        write(&csv);
+        write(&parquet);
+        let text = std::fs::read_to_string(csv).unwrap();
+        let mut lines = text.lines();
+        let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+        let reader = SerializedFileReader::new(std::fs::File::open(parquet).unwrap()).unwrap();
+        let mut rows = 0;
+        for (row, line) in reader.get_row_iter(None).unwrap().zip(lines.by_ref()) {
+            let row = row.unwrap();
+            // Phases of a weld have commas in them.
+            let fields = csv_fields(line);
+            assert_eq!(fields.len(), names.len());
+            for (((name, field), expected), text) in row.get_column_iter().zip(&names).zip(&fields)
+            {
+                assert_eq!(name, expected);
+                match field {
+                    Field::Str(word) => assert_eq!(word, text),
+                    Field::Double(value) if value.is_nan() => assert_eq!(text, ""),
+                    Field::Double(value) => assert_eq!(text.parse(), Ok(*value)),
+                    other => panic!("{other:?}"),
+                }
+            }
+            rows += 1;
+        }
+        assert_eq!((lines.next(), rows), (None, reader.metadata().file_metadata().num_rows()));
+        rows
     }
 
     #[cfg(feature = "parquet")]

@@ -4,7 +4,7 @@
 use super::{BlockTable, ColumnValues};
 use crate::LawsReport;
 use crate::path::travelled;
-use crate::words::laws::{axis, label};
+use crate::text::laws::{axis, label};
 use nalgebra::Rotation3;
 use std::borrow::Cow;
 use trueweld_core::{JOINTS, JointVector, Pose};
@@ -149,16 +149,6 @@ pub(crate) fn of_laws<'a>(report: &LawsReport<'a>) -> BlockTable<'a> {
 
 /// Runs of a certification, with their figures.
 pub(crate) fn of_trials(welds: &[CertifiedWeld]) -> BlockTable<'_> {
-    let keys = || {
-        // Of phases beside the steady one those that are limited.
-        let limited =
-            |key: &str| welds.iter().any(|w| w.requirements.iter().any(|r| r.name == key));
-        let kept = move |figure: &Figure| figure.phase().is_empty() || limited(figure.key);
-        let weld = WELD_FIGURES.iter().map(|of| &of.figure).filter(move |figure| kept(figure));
-        let weld = weld.map(|figure| figure.key);
-        let more = FAULT_FIGURES.iter().map(|of| of.figure.key);
-        weld.chain(more.filter(|key| !WELD_FIGURES.iter().any(|of| of.figure.key == *key)))
-    };
     let blocks = welds.iter().flat_map(move |weld| {
         let evidence = &weld.evidence;
         let of_trials = |case: EvidenceKind, trials: &'_ [Trial]| {
@@ -181,7 +171,7 @@ pub(crate) fn of_trials(welds: &[CertifiedWeld]) -> BlockTable<'_> {
                 |(_, _, why): &(f64, _, Option<String>)| Cow::from(why.clone().unwrap_or_default());
             let failed = ColumnValues::Words(runs.iter().map(failed).collect());
             let trial = ColumnValues::Numbers(runs.iter().map(|run| run.0).collect());
-            let numbers = keys().map(|key| {
+            let numbers = keys(welds).map(|key| {
                 let value = |figures: &FigureValues| figures.get(key).copied();
                 let of_run = |run: &(f64, Option<FigureValues>, _)| {
                     run.1.as_ref().and_then(value).unwrap_or(f64::NAN)
@@ -193,5 +183,15 @@ pub(crate) fn of_trials(welds: &[CertifiedWeld]) -> BlockTable<'_> {
         })
     });
     let words = ["weld", "case", "fault", "failed"];
-    BlockTable::new(words, ["trial"].into_iter().chain(keys()), blocks)
+    BlockTable::new(words, ["trial"].into_iter().chain(keys(welds)), blocks)
+}
+
+/// Figures of welds and of faults, of phases beside the steady one those that are limited.
+fn keys(welds: &[CertifiedWeld]) -> impl Iterator<Item = &'static str> {
+    let limited = |key: &str| welds.iter().any(|w| w.requirements.iter().any(|r| r.name == key));
+    let kept = move |figure: &Figure| figure.phase().is_empty() || limited(figure.key);
+    let weld = WELD_FIGURES.iter().map(|of| &of.figure).filter(move |figure| kept(figure));
+    let weld = weld.map(|figure| figure.key);
+    let more = FAULT_FIGURES.iter().map(|of| of.figure.key);
+    weld.chain(more.filter(|key| !WELD_FIGURES.iter().any(|of| of.figure.key == *key)))
 }

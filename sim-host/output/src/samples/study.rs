@@ -1,7 +1,7 @@
 //! Samples of studies: a row for every weld, with what it was made of and what came of it.
 
 use super::{BlockTable, ColumnValues};
-use crate::words::study::layout::out_of_reach;
+use crate::text::study::layout::out_of_reach;
 use crate::{StudyLayoutReport, StudySensitivityReport};
 use std::borrow::Cow;
 use trueweld_evaluate::study::{

@@ -502,12 +502,7 @@ impl DynamicLinks {
                          internal: &SVector<f64, INTERNAL_STATES>| {
             let mut drives = Drives { link, link_rate, motor: *motor, motor_rate: *motor_rate };
             joints(&mut drives, internal.as_slice());
-            let torque = robot.spring_torque(&drives, internal.as_slice())
-                + robot.link_torque(&drives, internal.as_slice())
-                - bias;
-            let mut remembered = SVector::<f64, INTERNAL_STATES>::zeros();
-            robot.internal_rates(&drives, internal.as_slice(), remembered.as_mut_slice());
-            (factor.solve(&torque), remembered)
+            link_rates(robot, factor, bias, &drives, internal.as_slice())
         };
         let (half, sixth) = (0.5 * h, h / 6.0);
         let mut end = path(0.0);
@@ -528,6 +523,22 @@ impl DynamicLinks {
             self.internal = internal + (z1 + (z2 + z3) * 2.0 + z4) * sixth;
         }
     }
+}
+
+/// Acceleration of the links, rad/s², where `bias` and the factored inertia are known, and how fast
+/// what terms remember changes.
+#[inline]
+fn link_rates(
+    robot: &ElasticRobot,
+    factor: &Ldlt<f64>,
+    bias: &JointVector<f64>,
+    drives: &Drives,
+    internal: &[f64],
+) -> (JointVector<f64>, SVector<f64, INTERNAL_STATES>) {
+    let torque = robot.spring_torque(drives, internal) + robot.link_torque(drives, internal) - bias;
+    let mut remembered = SVector::<f64, INTERNAL_STATES>::zeros();
+    robot.internal_rates(drives, internal, remembered.as_mut_slice());
+    (factor.solve(&torque), remembered)
 }
 
 /// Angle and rate a share of the way between two samples, on the cubic through angles and rates at

@@ -170,16 +170,20 @@ impl ElasticRobot {
     pub fn memories(&self) -> Vec<JointMemory> {
         let still = JointVector::zeros();
         let drives = Drives { link: still, link_rate: still, motor: still, motor_rate: still };
-        let kept = |i: usize| {
-            let (ports, at) = (&self.ports, self.joint_point(&drives, i));
-            let held = ports.spring[i].iter().map(|term| (term, false));
-            let moved = ports.friction[i].iter().chain(&ports.link_torque[i]).map(|t| (t, true));
-            held.chain(moved).filter_map(move |(term, of_link)| {
-                let (ends, slot) = (memory_ends(term.0.as_ref(), &at, of_link)?, term.1?);
-                Some(JointMemory { joint: i, slot, ends })
-            })
+        let joints = 0..JOINTS;
+        joints.flat_map(|i| self.joint_memories(i, &self.joint_point(&drives, i))).collect()
+    }
+
+    fn joint_memories(&self, joint: usize, at: &JointState) -> Vec<JointMemory> {
+        let ports = &self.ports;
+        let held = ports.spring[joint].iter().map(|term| (term, false));
+        let moved = ports.friction[joint].iter().chain(&ports.link_torque[joint]);
+        let all = held.chain(moved.map(|term| (term, true)));
+        let memory = |(term, of_link): (&JointTerm, bool)| {
+            let (slot, ends) = (term.1?, memory_ends(term.0.as_ref(), at, of_link)?);
+            Some(JointMemory { joint, slot, ends })
         };
-        (0..JOINTS).flat_map(kept).collect()
+        all.filter_map(memory).collect()
     }
 
     /// What terms at the springs that remember add to the stiffness of each joint for motions far

@@ -2,7 +2,7 @@
 
 use crate::StudyLayoutReport;
 use crate::json::{finite, result};
-use crate::words::study::layout::{out_of_reach, posture};
+use crate::text::study::layout::{out_of_reach, posture};
 use std::collections::BTreeMap;
 use trueweld_evaluate::laws::NoFigures;
 use trueweld_evaluate::margins::MARGIN_FIGURES;

@@ -1,7 +1,7 @@
 //! How far a weld can be driven.
 
 use crate::json::result;
-use crate::words::study::limits::because;
+use crate::text::study::limits::because;
 use crate::{LimitsAt, StudyLimitsReport};
 use trueweld_evaluate::study::{Driven, FoundLimit, LimitProbe, Placement};
 use trueweld_plant::provenance::Provenance;

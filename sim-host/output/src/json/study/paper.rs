@@ -2,7 +2,7 @@
 
 use crate::StudyPaperReport;
 use crate::json::result;
-use crate::words::study::paper::{Kind, Statement, statements};
+use crate::text::study::paper::{Kind, Statement, statements};
 use trueweld_evaluate::laws::NoFigures;
 use trueweld_evaluate::study::EnvelopePoint;
 use trueweld_plant::provenance::Provenance;

@@ -4,8 +4,8 @@
 use crate::MILLI;
 use crate::color::{self, Dash, LIMIT};
 use crate::document::{Picture, Plot, PlotLine, reference};
-use crate::words::certify::{drawn_label, run_name};
-use crate::words::requirement::{label, scale};
+use crate::text::certify::{drawn_label, run_name};
+use crate::text::requirement::{label, scale};
 use trueweld_evaluate::Rate;
 use trueweld_evaluate::certify::{CertifiedWeld, EvidenceKind, Requirement, drawn_figure};
 use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins};
@@ -16,7 +16,7 @@ const RAREST: f64 = 1e-5;
 
 /// A line that nothing may be beyond.
 fn limit(name: &str, points: Vec<(f64, f64)>) -> PlotLine {
-    PlotLine { name: name.to_owned(), color: LIMIT, dash: Dash::Solid, points }
+    PlotLine::new(name, LIMIT, points)
 }
 
 /// The same, upright at a figure; `ends`: of the axis of figures. The page's script knows one y for an
@@ -58,20 +58,17 @@ fn exceedance(weld: &CertifiedWeld, of: &Requirement, asked: [f64; 2]) -> Option
         }
     }
     at_most.push((right, at_most.last()?.1));
-    let line = |name: String, color, dash, points| PlotLine { name, color, dash, points };
+    let lines = vec![
+        PlotLine::new(format!("{n} draws"), color::run(1), seen),
+        PlotLine::new(drawn_label(confidence), color::run(1), at_most).dashed(Dash::Dashed),
+        upright(limited, [left, right], bottom),
+        reference("allowed share", vec![(left, allowed), (right, allowed)]),
+    ];
     let plot = Plot {
-        x_label: scale.named(label(of.name)),
-        y_label: "share of welds beyond".to_owned(),
-        lines: vec![
-            line(format!("{n} draws"), color::run(1), Dash::Solid, seen),
-            line(drawn_label(confidence), color::run(1), Dash::Dashed, at_most),
-            upright(limited, [left, right], bottom),
-            reference("allowed share", vec![(left, allowed), (right, allowed)]),
-        ],
         x_range: Some([left, right]),
         y_range: Some([bottom, 1.0]),
         logarithmic: true,
-        ..Plot::default()
+        ..Plot::new(scale.named(label(of.name)), "share of welds beyond", lines)
     };
     Some(Picture::new(label(of.name), plot))
 }
@@ -85,25 +82,17 @@ pub(super) fn rare(weld: &CertifiedWeld) -> Vec<Picture> {
     let last = points.last().map_or(1.0, |p| p.1).min(rare.allowed);
     let right = points.iter().map(|p| p.0).filter(|x| x.is_finite()).fold(1.0, f64::max);
     let ends = [points.first().map_or(0.0, |p| p.0.min(0.9)), 1.05 * right];
-    let line = PlotLine {
-        name: "subset simulation".to_owned(),
-        color: color::run(1),
-        dash: Dash::Solid,
-        points,
-    };
+    let lines = vec![
+        PlotLine::new("subset simulation", color::run(1), points),
+        upright(1.0, ends, 0.3 * last),
+        reference("allowed", ends.map(|x| (x, rare.allowed)).to_vec()),
+    ];
     let plot = Plot {
-        x_label: "largest share of any limit".to_owned(),
-        y_label: "probability of a weld beyond".to_owned(),
-        lines: vec![
-            line,
-            upright(1.0, ends, 0.3 * last),
-            reference("allowed", ends.map(|x| (x, rare.allowed)).to_vec()),
-        ],
         x_range: Some(ends),
         y_range: Some([0.3 * last, 1.0]),
         logarithmic: true,
         wide: true,
-        ..Plot::default()
+        ..Plot::new("largest share of any limit", "probability of a weld beyond", lines)
     };
     vec![Picture::new("Probability of a weld beyond a share of any of its limits", plot)]
 }
@@ -128,27 +117,21 @@ pub(super) fn worst_runs(weld: &CertifiedWeld) -> Vec<Picture> {
     if weld.shown.is_empty() {
         return Vec::new();
     }
-    let of_signal = |(title, y_label, key, value): &Signal| {
-        let lines = weld.shown.iter().enumerate().map(|(k, run)| PlotLine {
-            name: run_name(run.kind),
-            color: color::run(k),
-            dash: Dash::Solid,
-            points: run.recording.rows.iter().map(|row| (row.time, value(row))).collect(),
-        });
-        let limited = weld.limit(EvidenceKind::Draws, key).map(|of| scale(key).factor * of);
-        Picture::new(
-            *title,
-            Plot {
-                x_label: "time, s".to_owned(),
-                y_label: (*y_label).to_owned(),
-                lines: lines.collect(),
-                band: limited.map(|limit| [-limit, limit]),
-                band_name: "limit".into(),
-                ..Plot::default()
-            },
-        )
+    SIGNALS.iter().map(|signal| signal_of_worst_runs(weld, signal)).collect()
+}
+
+fn signal_of_worst_runs(weld: &CertifiedWeld, (title, y_label, key, value): &Signal) -> Picture {
+    let lines = weld.shown.iter().enumerate().map(|(k, run)| {
+        let points = run.recording.rows.iter().map(|row| (row.time, value(row)));
+        PlotLine::new(run_name(run.kind), color::run(k), points.collect())
+    });
+    let limited = weld.limit(EvidenceKind::Draws, key).map(|of| scale(key).factor * of);
+    let plot = Plot {
+        band: limited.map(|limit| [-limit, limit]),
+        band_name: "limit".into(),
+        ..Plot::new("time, s", *y_label, lines.collect())
     };
-    SIGNALS.iter().map(of_signal).collect()
+    Picture::new(*title, plot)
 }
 
 /// Every margin along the nominal weld at work, the least over the slopes of friction, of the
@@ -173,16 +156,11 @@ pub(super) fn margins(weld: &CertifiedWeld) -> Vec<Picture> {
         let mut lines = Vec::new();
         for (k, f) in pair.enumerate() {
             let least = |at: &[Margins]| at.iter().map(|at| (f.value)(at).0).reduce(f64::min);
-            let points =
-                map.iter().map(|at| (place(at), factor * least(at).unwrap_or(f64::INFINITY)));
-            lines.push(PlotLine {
-                name: ["corrections and force", "drives"][k].to_owned(),
-                color: color::run(k),
-                dash: Dash::Solid,
-                points: points
-                    .map(|p| (p.0, if p.1.is_finite() { p.1 } else { f64::NAN }))
-                    .collect(),
-            });
+            let value = |at: &[Margins]| least(at).map(|least| factor * least);
+            let drawn = |at: &[Margins]| value(at).filter(|v| v.is_finite()).unwrap_or(f64::NAN);
+            let points = map.iter().map(|at| (place(at), drawn(at))).collect();
+            let name = ["corrections and force", "drives"][k];
+            lines.push(PlotLine::new(name, color::run(k), points));
             if let Some(least) = weld.limit(EvidenceKind::Margins, f.figure.key) {
                 let name = ["least asked for", "least asked of drives"][k];
                 lines.push(limit(name, ends.map(|path| (path, factor * least)).to_vec()));
@@ -190,11 +168,8 @@ pub(super) fn margins(weld: &CertifiedWeld) -> Vec<Picture> {
         }
         let top = lines.iter().flat_map(|line| &line.points).map(|p| p.1).fold(0.0, f64::max);
         let plot = Plot {
-            x_label: "position on the seam, mm".to_owned(),
-            y_label: scale.named(of.figure.label),
-            lines,
             y_range: (top > 0.0).then_some([0.0, 1.08 * top]),
-            ..Plot::default()
+            ..Plot::new("position on the seam, mm", scale.named(of.figure.label), lines)
         };
         Picture::new(label(of.figure.key), plot)
     });

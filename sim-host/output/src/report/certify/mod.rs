@@ -6,22 +6,22 @@ use super::{PublishedResult, Report};
 use crate::CertifyReport;
 use crate::document::{Block, Column, Document, Medium, Table, TableCell, Tone, number, words};
 use crate::json::certify::{
-    BoughtByMeasurement, CertifyResult, DrawnFigure, MEASURED, UncertainRecord,
+    CertifyResult, DrawnFigure, MEASURED, UncertainRecord, ValueOfMeasurement,
 };
 use crate::samples::{self, BlockTable};
-use crate::words::certify::{
+use crate::text::certify::{
     SIGNED_BY, accepted, distribution, headline, lead, measured, not_asked, not_explained, of_case,
     planned, reasons, reported, sensitivity, setting, simulated, trend, verdict, verdict_word,
     weak_point, worst_cell, worst_found,
 };
-use crate::words::requirement::{label, shown};
-use crate::words::{condensed, fixed, share};
+use crate::text::requirement::{label, shown};
+use crate::text::{condensed, fixed, share};
 use trueweld_evaluate::certify::{
     AcceptedFault, CertifiedWeld, DriveUse, EvidenceKind, FaultTrial, Influence, Level,
     Sensitivity, Trial, Verdict, within, worst,
 };
-use trueweld_evaluate::margins::{MARGIN_FIGURES, Margins, OperatingPoint};
-use trueweld_evaluate::{ReplacedAssumption, UncertainCell, WELD_FIGURES};
+use trueweld_evaluate::margins::{LeastMargin, MARGIN_FIGURES, Margins, OperatingPoint};
+use trueweld_evaluate::{FigureOf, ReplacedAssumption, UncertainCell, WELD_FIGURES};
 use trueweld_plant::provenance::FileDigest;
 
 impl Report for CertifyReport {
@@ -40,7 +40,7 @@ impl Report for CertifyReport {
             Document::new("Certification", headline(self), &self.certificate.provenance)
                 .judged(verdict(self), self.certificate.verdict() == Verdict::Pass);
         document.push(Block::Lead(lead(self)));
-        document.section(Medium::All, "Why it does not pass", Block::List(reasons(self)));
+        document.list("Why it does not pass", reasons(self));
         document.push(Block::Note(setting(self)));
         for said in
             [measured(&self.certificate.uncertain), not_explained(&self.certificate.uncertain)]
@@ -52,52 +52,37 @@ impl Report for CertifyReport {
         for weld in &self.certificate.welds {
             let heading = format!("Weld {}", weld.name);
             document.section(Medium::All, &heading, Block::Note(planned(&weld.planned)));
-            document.push(Block::Table(weld.requirements_table()));
+            document.push(Block::Table(requirements_table(weld)));
             document.push(Block::Note(worst_found(&weld.evidence)));
             let weak = weld.weak_points.iter().map(weak_point).collect();
-            document.section(Medium::All, "Weak, though no limit forbids it", Block::List(weak));
+            document.list("Weak, though no limit forbids it", weak);
             let accepted = weld.accepted_faults.iter().map(accepted).collect();
-            document.section(
-                Medium::All,
-                "Not required of failing instruments",
-                Block::List(accepted),
-            );
+            document.list("Not required of failing instruments", accepted);
             let failures = weld.sensitivities.iter().map(sensitivity).collect();
             let heading = match weld.sensitivities.iter().any(|of| of.beyond > 0) {
                 true => "What would most reduce the failures",
                 false => "What the figure closest to its limit follows from",
             };
-            document.section(Medium::All, heading, Block::List(failures));
-            document.push_on(Medium::Page, Block::Table(weld.influences_table()));
-            document.section(
-                Medium::Page,
+            document.list(heading, failures);
+            document.push_on(Medium::Page, Block::Table(influences_table(weld)));
+            document.figures(
                 "How often a weld is beyond a figure, in drawn cells",
-                Block::Figures(figures::draws(weld, self.certificate.asked)),
+                figures::draws(weld, self.certificate.asked),
             );
-            document.section(
-                Medium::Page,
-                "How rare a weld beyond any limit is",
-                Block::Figures(figures::rare(weld)),
-            );
-            document.push_on(Medium::Page, Block::Table(weld.levels_table()));
-            document.section(
-                Medium::Page,
-                "The worst runs beside the nominal one",
-                Block::Figures(figures::worst_runs(weld)),
-            );
-            document.section(
-                Medium::All,
+            document.figures("How rare a weld beyond any limit is", figures::rare(weld));
+            document.push_on(Medium::Page, Block::Table(levels_table(weld)));
+            document.figures("The worst runs beside the nominal one", figures::worst_runs(weld));
+            document.table(
                 "What the measurement brought: drawn cells as assumed, and as measured",
-                Block::Table(value_of_measurement(weld)),
+                value_of_measurement(weld),
             );
-            document.section(
-                Medium::Page,
+            document.figures(
                 "Margins of the sampled loop along the weld, the least over all slopes of friction",
-                Block::Figures(figures::margins(weld)),
+                figures::margins(weld),
             );
             for (ends, of_drives) in [("corrections and push", false), ("the drives", true)] {
                 let heading = format!("Margins of {ends}");
-                let table = Block::Table(weld.margins_table(of_drives));
+                let table = Block::Table(margins_table(weld, of_drives));
                 document.section(Medium::Page, &heading, table);
             }
             document.section(
@@ -108,12 +93,12 @@ impl Report for CertifyReport {
             document.section(
                 Medium::Page,
                 "Faults of instruments, one at a time: the worst of all places and cells, in parentheses what is not required",
-                Block::Table(weld.faults_table()),
+                Block::Table(faults_table(weld)),
             );
             document.section(
                 Medium::Page,
                 "The worst cells, as shares of the believed one",
-                Block::Table(weld.worst_cells()),
+                Block::Table(worst_cells(weld)),
             );
         }
         document.section(
@@ -126,10 +111,9 @@ impl Report for CertifyReport {
             "What is not known of the cell, and drawn",
             Block::List(sources(self)),
         );
-        document.section(
-            Medium::All,
+        document.table(
             "Assumed in the requirements, and measured: the measurement stands",
-            Block::Table(replaced(&self.certificate.uncertain)),
+            replaced(&self.certificate.uncertain),
         );
         let not_shown = simulated(self).into_iter().chain(not_asked(self)).collect();
         let heading = "What this certificate does not show";
@@ -166,33 +150,21 @@ fn signed() -> Table {
 
 /// Every number that the draws differ in.
 fn uncertain(report: &CertifyReport) -> Table {
-    let row = |of: UncertainRecord| {
-        let unit = match (of.relative, of.unit) {
-            (true, _) => "share of the believed",
-            (false, unit) => unit,
-        };
-        let group = of.group.map_or(String::new(), |group| match group.correlation {
-            1.0 => group.name,
-            correlation => format!("{}, {correlation}", group.name),
-        });
-        let distribution = distribution(&of.distribution);
-        let group = if of.basis == MEASURED { "all measured ones".to_owned() } else { group };
-        let [unit, basis] = [unit, of.basis].map(str::to_owned);
-        [of.number, distribution, unit, group, basis, of.source, of.file].map(words).to_vec()
-    };
-    let head = [
-        "number",
-        "distribution",
-        "unit",
-        "together with, correlation",
-        "",
-        "by whom or what",
-        "file",
+    let columns: [Column<'_, UncertainRecord>; 7] = [
+        (words("number"), &|of| words(&of.number)),
+        (words("distribution"), &|of| words(distribution(&of.distribution))),
+        (words("unit"), &|of| words(if of.relative { "share of the believed" } else { of.unit })),
+        (words("together with, correlation"), &|of| match &of.group {
+            _ if of.basis == MEASURED => words("all measured ones"),
+            None => words(""),
+            Some(group) if group.correlation == 1.0 => words(&group.name),
+            Some(group) => words(format!("{}, {}", group.name, group.correlation)),
+        }),
+        (words(""), &|of| words(of.basis)),
+        (words("by whom or what"), &|of| words(&of.source)),
+        (words("file"), &|of| words(&of.file)),
     ];
-    Table {
-        head: vec![head.map(words).to_vec()],
-        rows: UncertainRecord::all(report).into_iter().map(row).collect(),
-    }
+    Table::of(UncertainRecord::all(report), &columns)
 }
 
 /// The same by who assumed the numbers, or what measured them, in sentences.
@@ -225,24 +197,19 @@ fn replaced(cell: &UncertainCell) -> Table {
 
 /// What the trials come to as assumed and as measured.
 fn value_of_measurement(weld: &CertifiedWeld) -> Table {
-    let of = |name: &str, figure: &DrawnFigure| {
+    let probability = |figure: &DrawnFigure| number(share(figure.failure_probability));
+    let spread = |name: &str, figure: &DrawnFigure| {
         let [low, high] = figure.spread.map(|v| shown(name, v));
-        [number(share(figure.failure_probability)), number(format!("{low} to {high}"))]
+        number(format!("{low} to {high}"))
     };
-    let row = |value_of_measurement: BoughtByMeasurement| {
-        let [assumed, measured] = [&value_of_measurement.assumed, &value_of_measurement.measured]
-            .map(|figure| of(value_of_measurement.name, figure));
-        [words(label(value_of_measurement.name))]
-            .into_iter()
-            .chain(assumed)
-            .chain(measured)
-            .collect()
-    };
-    let head = ["assumed ≤", "90 % of draws", "measured ≤", "90 % of draws"].map(number);
-    Table {
-        head: vec![[words("probability beyond the limit")].into_iter().chain(head).collect()],
-        rows: BoughtByMeasurement::all(weld).into_iter().map(row).collect(),
-    }
+    let columns: [Column<'_, ValueOfMeasurement>; 5] = [
+        (words("probability beyond the limit"), &|of| words(label(of.name))),
+        (number("assumed ≤"), &|of| probability(&of.assumed)),
+        (number("90 % of draws"), &|of| spread(of.name, &of.assumed)),
+        (number("measured ≤"), &|of| probability(&of.measured)),
+        (number("90 % of draws"), &|of| spread(of.name, &of.measured)),
+    ];
+    Table::of(ValueOfMeasurement::all(weld), &columns)
 }
 
 /// What each drive gave, in the nominal cell and at most in drawn ones.
@@ -277,211 +244,211 @@ fn drive_row(of: DriveUse) -> Vec<TableCell> {
     first.chain(loads).chain([cells, number(share(longest))]).collect()
 }
 
-/// Tables of what a weld's runs came to.
-trait CertifiedTables {
-    fn requirements_table(&self) -> Table;
-    fn influences_table(&self) -> Table;
-    fn levels_table(&self) -> Table;
-    fn margins_table(&self, of_drives: bool) -> Table;
-    fn faults_table(&self) -> Table;
-    fn worst_cells(&self) -> Table;
+/// Every requirement with its verdict, by what it is judged by.
+fn requirements_table(weld: &CertifiedWeld) -> Table {
+    let mut rows = Vec::new();
+    let mut case = None;
+    for r in &weld.requirements {
+        if case != Some(r.case) {
+            rows.push(vec![words(of_case(weld, r.case)).tone(Tone::Strong).over(6)]);
+            case = Some(r.case);
+        }
+        let not = r.verdict != Verdict::Pass;
+        let of_draws = r.draws.map_or([number(""), number("")], |draws| {
+            let probability = match r.case {
+                EvidenceKind::Rare => format!("{:.1e}", draws.failure_probability),
+                _ => share(draws.failure_probability),
+            };
+            [number(draws.beyond.to_string()), number(probability)]
+        });
+        let [beyond, probability] = of_draws.map(|cell| cell.bad(not));
+        rows.push(vec![
+            words(format!("  {}", label(r.name))),
+            number(shown(r.name, r.limit)),
+            // A margin without end is met; anything else without end is none.
+            number(if r.achieved.is_infinite() && !not {
+                "any".to_owned()
+            } else {
+                shown(r.name, r.achieved)
+            })
+            .bad(not),
+            beyond,
+            probability,
+            words(verdict_word(r.verdict)).bad(not),
+        ]);
+    }
+    let head = vec![
+        words(""),
+        number("limit"),
+        number("reached"),
+        number("beyond"),
+        number("probability ≤"),
+        words("verdict"),
+    ];
+    Table { head: vec![head], rows }
 }
 
-impl CertifiedTables for CertifiedWeld {
-    /// Every requirement with its verdict, by what it is judged by.
-    fn requirements_table(&self) -> Table {
-        let mut rows = Vec::new();
-        let mut case = None;
-        for r in &self.requirements {
-            if case != Some(r.case) {
-                rows.push(vec![words(of_case(self, r.case)).tone(Tone::Strong).over(6)]);
-                case = Some(r.case);
-            }
-            let not = r.verdict != Verdict::Pass;
-            let of_draws = r.draws.map_or([number(""), number("")], |draws| {
-                let probability = match r.case {
-                    EvidenceKind::Rare => format!("{:.1e}", draws.failure_probability),
-                    _ => share(draws.failure_probability),
-                };
-                [number(draws.beyond.to_string()), number(probability)]
-            });
-            let [beyond, probability] = of_draws.map(|cell| cell.bad(not));
-            rows.push(vec![
-                words(format!("  {}", label(r.name))),
-                number(shown(r.name, r.limit)),
-                // A margin without end is met; anything else without end is none.
-                number(if r.achieved.is_infinite() && !not {
-                    "any".to_owned()
-                } else {
-                    shown(r.name, r.achieved)
-                })
-                .bad(not),
-                beyond,
-                probability,
-                words(verdict_word(r.verdict)).bad(not),
-            ]);
+/// The uncertain numbers that the figures follow from.
+fn influences_table(weld: &CertifiedWeld) -> Table {
+    let columns: [Column<'_, (&Sensitivity, &Influence)>; 6] = [
+        (words("requirement"), &|(of, _)| words(label(of.name))),
+        (words("number"), &|(_, by)| words(by.number.clone())),
+        (words("the figure is larger"), &|(_, by)| words(trend(by.trend))),
+        (number("share of its spread"), &|(_, by)| number(share(by.share))),
+        (number("draws beyond"), &|(of, _)| number(of.beyond.to_string())),
+        (number("were it always in the middle"), &|(of, by)| match of.beyond {
+            0 => number(""),
+            _ => number(by.beyond_without.to_string()),
+        }),
+    ];
+    let all = weld.sensitivities.iter();
+    Table::of(all.flat_map(|of| of.influences.iter().map(move |by| (of, by))), &columns)
+}
+
+/// The levels of the subset simulation.
+fn levels_table(weld: &CertifiedWeld) -> Table {
+    let mut probability = 1.0;
+    let levels = weld.evidence.rare.iter().flat_map(|rare| &rare.subset.levels);
+    let levels = levels.map(|level| {
+        probability *= level.share;
+        (level, probability)
+    });
+    let columns: [Column<'_, (&Level, f64)>; 6] = [
+        (number("from, share of a limit"), &|(level, _)| match level.from.is_finite() {
+            true => number(fixed(level.from, 3)),
+            false => number("–"),
+        }),
+        (number("cells"), &|(level, _)| number(level.cells.to_string())),
+        (number("beyond the next"), &|(level, _)| number(share(level.share))),
+        (number("probability so far"), &|(_, so_far)| number(format!("{so_far:.1e}"))),
+        (number("moves accepted"), &|(level, _)| number(share(level.acceptance))),
+        (number("variance added by correlation"), &|(level, _)| {
+            number(fixed(level.correlation, 1))
+        }),
+    ];
+    Table::of(levels, &columns)
+}
+
+/// One row for every operating point and cell, with the least over the slopes of friction. Of
+/// corrections and push, or of the drives: all in one row are more than a page is wide.
+fn margins_table(weld: &CertifiedWeld, of_drives: bool) -> Table {
+    let figures: Vec<_> = MARGIN_FIGURES
+        .iter()
+        .filter(|of| of.figure.key.starts_with("drive_") == of_drives)
+        // Those of the drives at work are the drives' under one of the slopes.
+        .filter(|of| !of.figure.key.contains("at_speed"))
+        .collect();
+    let heads = ["path, push and feed", "cell", "friction", "spectral radius"];
+    let names = heads.map(words).into_iter();
+    let names = names.chain(figures.iter().map(|of| number(of.figure.label)));
+    let limits = figures.iter().map(|of| {
+        let limit = weld.limit(EvidenceKind::Margins, of.figure.key);
+        number(limit.map_or(String::new(), |limit| shown(of.figure.key, limit)))
+    });
+    let limits = ["limit", "", "", "1"].map(words).into_iter().chain(limits).collect();
+    let same = |a: &Margins, b: &Margins| (a.of.at, a.of.draw) == (b.of.at, b.of.draw);
+    let rows = weld.evidence.margins.chunk_by(same);
+    let rows = rows.map(|slopes| margins_row(weld, slopes, &figures)).collect();
+    Table { head: vec![names.collect(), limits], rows }
+}
+
+/// One condition, the least over the slopes of friction.
+fn margins_row(
+    weld: &CertifiedWeld,
+    slopes: &[Margins],
+    figures: &[&FigureOf<Margins, LeastMargin>],
+) -> Vec<TableCell> {
+    let of = slopes[0].of;
+    let modulus = figures.iter().find(|of| of.figure.key.ends_with("modulus_margin"));
+    let modulus = |at: &Margins| modulus.map_or(0.0, |of| (of.value)(at).0);
+    let least = slopes.iter().min_by(|a, b| modulus(a).total_cmp(&modulus(b)));
+    let largest = slopes.iter().map(|at| at.spectral_radius).fold(0.0, f64::max);
+    let held = slopes.iter().any(|at| at.held_at_a_limit);
+    let radius = if held { "at a limit".to_owned() } else { fixed(largest, 4) };
+    let OperatingPoint { path, push, feed, .. } = of.at;
+    let first = [
+        words(format!("{path:.2} m, {:.1} kN, {:.0} mm/s", push / 1e3, feed * 1e3)),
+        words(of.draw.map_or("nominal".to_owned(), |index| format!("drawn {index}"))),
+        words(least.map_or("", |at| at.of.friction.name())),
+        number(radius).bad(slopes.iter().any(|at| at.channels.is_none())),
+    ];
+    let margins = figures.iter().map(|of| {
+        let name = of.figure.key;
+        let each = slopes.iter().map(|at| (of.value)(at).0);
+        let least = each.fold(f64::INFINITY, f64::min);
+        let text = if least.is_infinite() { "any".to_owned() } else { shown(name, least) };
+        let limit = weld.limit(EvidenceKind::Margins, name);
+        number(text).bad(limit.is_some_and(|limit| least < limit))
+    });
+    first.into_iter().chain(margins).collect()
+}
+
+fn faults_table(weld: &CertifiedWeld) -> Table {
+    let limited = weld.requirements.iter().filter(|r| r.case == EvidenceKind::Faults);
+    let columns: Vec<(&str, f64)> = limited.map(|r| (r.name, r.limit)).collect();
+    let row = |first: [&str; 2], of: &dyn Fn(&(&str, f64)) -> TableCell| -> Vec<TableCell> {
+        first.map(words).into_iter().chain(columns.iter().map(of)).collect()
+    };
+    let head = vec![
+        row(["fault", "reported"], &|(name, _)| number(label(name))),
+        row(["limit", ""], &|(name, limit)| number(shown(name, *limit))),
+    ];
+    let mut kinds: Vec<&str> = Vec::new();
+    for trial in &weld.evidence.faults {
+        if !kinds.contains(&trial.name.as_str()) {
+            kinds.push(&trial.name);
         }
-        let head = vec![
-            words(""),
-            number("limit"),
-            number("reached"),
-            number("beyond"),
-            number("probability ≤"),
-            words("verdict"),
-        ];
-        Table { head: vec![head], rows }
     }
+    let rows = kinds.into_iter().map(|kind| {
+        let is_it = |trial: &&FaultTrial| trial.name == kind;
+        let trials: Vec<&FaultTrial> = weld.evidence.faults.iter().filter(is_it).collect();
+        let first = [trials[0].fault.as_str(), &reported(&trials)];
+        row(first, &|(name, limit)| fault_cell(weld, &trials, name, *limit))
+    });
+    Table { head, rows: rows.collect() }
+}
 
-    /// The uncertain numbers that the figures follow from.
-    fn influences_table(&self) -> Table {
-        let columns: [Column<'_, (&Sensitivity, &Influence)>; 6] = [
-            (words("requirement"), &|(of, _)| words(label(of.name))),
-            (words("number"), &|(_, by)| words(by.number.clone())),
-            (words("the figure is larger"), &|(_, by)| words(trend(by.trend))),
-            (number("share of its spread"), &|(_, by)| number(share(by.share))),
-            (number("draws beyond"), &|(of, _)| number(of.beyond.to_string())),
-            (number("were it always in the middle"), &|(of, by)| match of.beyond {
-                0 => number(""),
-                _ => number(by.beyond_without.to_string()),
-            }),
-        ];
-        let all = self.sensitivities.iter();
-        Table::of(all.flat_map(|of| of.influences.iter().map(move |by| (of, by))), &columns)
+/// The worst of a figure over the trials of one fault; in brackets where it is not required.
+fn fault_cell(weld: &CertifiedWeld, trials: &[&FaultTrial], name: &str, limit: f64) -> TableCell {
+    let figure = trials.iter().map(|t| t.figure(name)).fold(0.0, f64::max);
+    let fault = &trials[0].name;
+    let is_accepted = |of: &AcceptedFault| of.fault == *fault && of.judged.name == name;
+    match weld.accepted_faults.iter().any(is_accepted) {
+        true => number(format!("({})", shown(name, figure))),
+        false => number(shown(name, figure)).bad(!within(figure, limit)),
     }
+}
 
-    /// The levels of the subset simulation.
-    fn levels_table(&self) -> Table {
-        let mut probability = 1.0;
-        let levels = self.evidence.rare.iter().flat_map(|rare| &rare.subset.levels);
-        let levels = levels.map(|level| {
-            probability *= level.share;
-            (level, probability)
-        });
-        let columns: [Column<'_, (&Level, f64)>; 6] = [
-            (number("from, share of a limit"), &|(level, _)| match level.from.is_finite() {
-                true => number(fixed(level.from, 3)),
-                false => number("–"),
-            }),
-            (number("cells"), &|(level, _)| number(level.cells.to_string())),
-            (number("beyond the next"), &|(level, _)| number(share(level.share))),
-            (number("probability so far"), &|(_, so_far)| number(format!("{so_far:.1e}"))),
-            (number("moves accepted"), &|(level, _)| number(share(level.acceptance))),
-            (number("variance added by correlation"), &|(level, _)| {
-                number(fixed(level.correlation, 1))
-            }),
-        ];
-        Table::of(levels, &columns)
-    }
-
-    /// One row for every operating point and cell, with the least over the slopes of friction. Of
-    /// corrections and push, or of the drives: all in one row are more than a page is wide.
-    fn margins_table(&self, of_drives: bool) -> Table {
-        let figures: Vec<_> = MARGIN_FIGURES
-            .iter()
-            .filter(|of| of.figure.key.starts_with("drive_") == of_drives)
-            // Those of the drives at work are the drives' under one of the slopes.
-            .filter(|of| !of.figure.key.contains("at_speed"))
-            .collect();
-        let heads = ["path, push and feed", "cell", "friction", "spectral radius"];
-        let names = heads.map(words).into_iter();
-        let names = names.chain(figures.iter().map(|of| number(of.figure.label)));
-        let limits = figures.iter().map(|of| {
-            let limit = self.limit(EvidenceKind::Margins, of.figure.key);
-            number(limit.map_or(String::new(), |limit| shown(of.figure.key, limit)))
-        });
-        let limits = ["limit", "", "", "1"].map(words).into_iter().chain(limits).collect();
-        let row = |slopes: &[Margins]| -> Vec<TableCell> {
-            let of = slopes[0].of;
-            let modulus = figures.iter().find(|of| of.figure.key.ends_with("modulus_margin"));
-            let modulus = |at: &Margins| modulus.map_or(0.0, |of| (of.value)(at).0);
-            let least = slopes.iter().min_by(|a, b| modulus(a).total_cmp(&modulus(b)));
-            let largest = slopes.iter().map(|at| at.spectral_radius).fold(0.0, f64::max);
-            let held = slopes.iter().any(|at| at.held_at_a_limit);
-            let radius = if held { "at a limit".to_owned() } else { fixed(largest, 4) };
-            let OperatingPoint { path, push, feed, .. } = of.at;
-            let first = [
-                words(format!("{path:.2} m, {:.1} kN, {:.0} mm/s", push / 1e3, feed * 1e3)),
-                words(of.draw.map_or("nominal".to_owned(), |index| format!("drawn {index}"))),
-                words(least.map_or("", |at| at.of.friction.name())),
-                number(radius).bad(slopes.iter().any(|at| at.channels.is_none())),
-            ];
-            let margins = figures.iter().map(|of| {
-                let name = of.figure.key;
-                let each = slopes.iter().map(|at| (of.value)(at).0);
-                let least = each.fold(f64::INFINITY, f64::min);
-                let text = if least.is_infinite() { "any".to_owned() } else { shown(name, least) };
-                let limit = self.limit(EvidenceKind::Margins, name);
-                number(text).bad(limit.is_some_and(|limit| least < limit))
-            });
-            first.into_iter().chain(margins).collect()
-        };
-        let same = |a: &Margins, b: &Margins| (a.of.at, a.of.draw) == (b.of.at, b.of.draw);
-        let rows = self.evidence.margins.chunk_by(same).map(row).collect();
-        Table { head: vec![names.collect(), limits], rows }
-    }
-
-    fn faults_table(&self) -> Table {
-        let limited = self.requirements.iter().filter(|r| r.case == EvidenceKind::Faults);
-        let columns: Vec<(&str, f64)> = limited.map(|r| (r.name, r.limit)).collect();
-        let row = |first: [&str; 2], of: &dyn Fn(&(&str, f64)) -> TableCell| -> Vec<TableCell> {
-            first.map(words).into_iter().chain(columns.iter().map(of)).collect()
-        };
-        let head = vec![
-            row(["fault", "reported"], &|(name, _)| number(label(name))),
-            row(["limit", ""], &|(name, limit)| number(shown(name, *limit))),
-        ];
-        let mut kinds: Vec<&str> = Vec::new();
-        for trial in &self.evidence.faults {
-            if !kinds.contains(&trial.name.as_str()) {
-                kinds.push(&trial.name);
-            }
+/// The cells behind the worst figures: of the draws by requirement, and the one that the search
+/// found.
+fn worst_cells(weld: &CertifiedWeld) -> Table {
+    let trials = &weld.evidence.trials;
+    let mut cells: Vec<(&str, String, &Trial)> = Vec::new();
+    for name in WELD_FIGURES.iter().map(|of| of.figure.key) {
+        let worst = worst(trials, |t| t.figure(name));
+        let required = weld.limit(EvidenceKind::Draws, name).is_some();
+        if let Some(trial) = worst.filter(|_| required) {
+            cells.push((name, format!("draw {}", trial.index), trial));
         }
-        let of_kind = |kind: &str| {
-            let is_it = |trial: &&FaultTrial| trial.name == kind;
-            let trials: Vec<&FaultTrial> = self.evidence.faults.iter().filter(is_it).collect();
-            row([&trials[0].fault, &reported(&trials)], &|(name, limit)| {
-                let figure = trials.iter().map(|t| t.figure(name)).fold(0.0, f64::max);
-                let is_accepted = |of: &AcceptedFault| of.fault == kind && of.judged.name == *name;
-                match self.accepted_faults.iter().any(is_accepted) {
-                    true => number(format!("({})", shown(name, figure))),
-                    false => number(shown(name, figure)).bad(!within(figure, *limit)),
-                }
-            })
-        };
-        Table { head, rows: kinds.into_iter().map(of_kind).collect() }
     }
-
-    /// The cells behind the worst figures: of the draws by requirement, and the one that the search
-    /// found.
-    fn worst_cells(&self) -> Table {
-        let trials = &self.evidence.trials;
-        let mut cells: Vec<(&str, String, &Trial)> = Vec::new();
-        for name in WELD_FIGURES.iter().map(|of| of.figure.key) {
-            let worst = worst(trials, |t| t.figure(name));
-            let required = self.limit(EvidenceKind::Draws, name).is_some();
-            if let Some(trial) = worst.filter(|_| required) {
-                cells.push((name, format!("draw {}", trial.index), trial));
-            }
-        }
-        if let Some(trial) = &self.evidence.worst.worst {
-            let run = if trials.contains(trial) { "draw" } else { "search" };
-            cells.push((self.evidence.worst.name, format!("{run} {}", trial.index), trial));
-        }
-        let rows = cells.into_iter().map(|(name, run, trial)| {
-            let figure = trial.failed.clone().unwrap_or_else(|| shown(name, trial.figure(name)));
-            let cell = worst_cell(&trial.draw).map(words);
-            [words(label(name)), words(run), words(figure)].into_iter().chain(cell).collect()
-        });
-        let head = [
-            "requirement",
-            "run",
-            "figure",
-            "stiffness A1…A6",
-            "depth, drag, lateral damping, stiffness, ratio",
-            "ripple",
-            "cross-talk",
-            "delay, periods",
-        ];
-        Table { head: vec![head.map(words).to_vec()], rows: rows.collect() }
+    if let Some(trial) = &weld.evidence.worst.worst {
+        let run = if trials.contains(trial) { "draw" } else { "search" };
+        cells.push((weld.evidence.worst.name, format!("{run} {}", trial.index), trial));
     }
+    let rows = cells.into_iter().map(|(name, run, trial)| {
+        let figure = trial.failed.clone().unwrap_or_else(|| shown(name, trial.figure(name)));
+        let cell = worst_cell(&trial.draw).map(words);
+        [words(label(name)), words(run), words(figure)].into_iter().chain(cell).collect()
+    });
+    let head = [
+        "requirement",
+        "run",
+        "figure",
+        "stiffness A1…A6",
+        "depth, drag, lateral damping, stiffness, ratio",
+        "ripple",
+        "cross-talk",
+        "delay, periods",
+    ];
+    Table { head: vec![head.map(words).to_vec()], rows: rows.collect() }
 }

@@ -1,6 +1,6 @@
 //! Where a part is best put.
 
-use crate::color::{self, Dash};
+use crate::color;
 use crate::document::{
     Block, Document, Map, Marked, Medium, Picture, Plot, PlotLine, Table, TableCell, number,
     reference, words,
@@ -9,9 +9,9 @@ use crate::json::study::layout::StudyLayoutResult;
 use crate::path::{moving, travelled};
 use crate::report::{PublishedResult, Report};
 use crate::samples::{self, BlockTable};
-use crate::words::fixed;
-use crate::words::requirement::shown;
-use crate::words::study::layout::{
+use crate::text::fixed;
+use crate::text::requirement::shown;
+use crate::text::study::layout::{
     PLACEMENT_NUMBERS, allowed, coordinate, headline, notices, posture, setting, unit, value,
 };
 use crate::{MILLI, StudyLayoutReport};
@@ -58,7 +58,7 @@ impl Report for StudyLayoutReport<'_> {
         document.push_on(Medium::Page, Block::Figures(self.figures()));
         let of: Vec<&str> = self.front_of.iter().map(|k| WAY_FIGURES[*k].figure.label).collect();
         let heading = format!("No other placement is better in all of: {}", of.join("; "));
-        document.section(Medium::All, &heading, Block::Table(self.front_table()));
+        document.table(&heading, self.front_table());
         document
     }
 }
@@ -96,13 +96,14 @@ impl StudyLayoutReport<'_> {
         row("posture", each(&postures), String::new());
         for (k, of) in WAY_FIGURES.iter().enumerate() {
             let limit = self.task.allowed.iter().find(|a| a.figure == k);
+            let is_beyond = |value: f64| match (limit, more_is_better(k)) {
+                (None, _) => false,
+                (Some(limit), true) => value < limit.limit,
+                (Some(limit), false) => value > limit.limit,
+            };
             let cell = |confirmed: &Confirmation| {
                 let value = confirmed.placed.values[k];
-                let bad = limit.is_some_and(|limit| match more_is_better(k) {
-                    true => value < limit.limit,
-                    false => value > limit.limit,
-                });
-                number(unit(k).quantity(value)).bad(bad)
+                number(unit(k).quantity(value)).bad(is_beyond(value))
             };
             row(of.figure.label, each(&cell), limit.map_or(String::new(), allowed));
         }
@@ -148,21 +149,24 @@ impl StudyLayoutReport<'_> {
             (0..6).filter(|k| self.task.family.0[*k].high > self.task.family.0[*k].low).collect();
         let mut front: Vec<&&PlacedPart> = self.front.iter().collect();
         front.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
-        let row = |of: &&&PlacedPart| {
-            let at = numbers(&of.placement);
-            let place = varied.iter().map(|k| number(coordinate(*k, at[*k])));
-            let values = self.front_of.iter().map(|k| number(value(*k, of)));
-            let share = of.limiting().share;
-            let share = number(format!("{} %", fixed(100.0 * share, 0))).bad(share > 1.0);
-            place.chain(values).chain([share]).collect()
-        };
         let head = varied.iter().map(|k| number(PLACEMENT_NUMBERS[*k].0));
         let figures = self.front_of.iter().map(|k| {
             let label = WAY_FIGURES[*k].figure.label.split(',').next().unwrap_or_default();
             number(unit(*k).named(label))
         });
         let head = head.chain(figures).chain([number("of the allowed")]).collect();
-        Table { head: vec![head], rows: front.iter().take(FRONT).map(row).collect() }
+        let rows = front.iter().take(FRONT).map(|of| self.front_row(of, &varied)).collect();
+        Table { head: vec![head], rows }
+    }
+
+    /// `varied`: numbers of the placement that the grid varies.
+    fn front_row(&self, of: &PlacedPart, varied: &[usize]) -> Vec<TableCell> {
+        let at = numbers(&of.placement);
+        let place = varied.iter().map(|k| number(coordinate(*k, at[*k])));
+        let values = self.front_of.iter().map(|k| number(value(*k, of)));
+        let share = of.limiting().share;
+        let share = number(format!("{} %", fixed(100.0 * share, 0))).bad(share > 1.0);
+        place.chain(values).chain([share]).collect()
     }
 
     /// The two numbers that vary most over the family, for the axes of maps.
@@ -191,51 +195,54 @@ impl StudyLayoutReport<'_> {
             let found = ranges[k].iter().position(|v| (v - value).abs() < 1e-9);
             found.unwrap_or(0) * strides[k]
         };
-        let slice = |x: f64, y: f64| -> Option<&PlacedPart> {
-            let index: usize = (0..6)
-                .map(|k| match k {
-                    k if k == across => place(k, x),
-                    k if k == up => place(k, y),
-                    k => place(k, fixed_at[k]),
-                })
-                .sum();
-            self.grid.get(index)?.outcome.as_ref().ok()
+        let index = |x: f64, y: f64, k: usize| match k {
+            k if k == across => place(k, x),
+            k if k == up => place(k, y),
+            k => place(k, fixed_at[k]),
+        };
+        let slice = |x: f64, y: f64| {
+            self.grid.get((0..6).map(|k| index(x, y, k)).sum::<usize>())?.outcome.as_ref().ok()
         };
         let label = |k: usize| format!("{}, {}", PLACEMENT_NUMBERS[k].0, PLACEMENT_NUMBERS[k].1);
         let [fx, fy] = [across, up].map(|k| PLACEMENT_NUMBERS[k].2);
         let own = numbers(&self.task.part.placement());
-        let map = |title: String, allowed: Option<(f64, bool)>, of: &dyn Fn(&PlacedPart) -> f64| {
-            let row = |y: &f64| ranges[across].iter().map(|x| slice(*x, *y).map(of)).collect();
-            let inside = |k: usize| {
-                let range = self.task.family.0[k];
-                (range.low - 1e-9..=range.high + 1e-9).contains(&own[k])
-            };
-            let filed =
-                (inside(across) && inside(up)).then_some((own[across] * fx, own[up] * fy, 'F'));
-            let chosen = (at[across] * fx, at[up] * fy, 'C');
-            Map {
-                title,
-                x_label: label(across),
-                y_label: label(up),
-                xs: ranges[across].iter().map(|x| x * fx).collect(),
-                ys: ranges[up].iter().map(|y| y * fy).collect(),
-                values: ranges[up].iter().map(row).collect(),
-                allowed,
-                marks: filed.into_iter().chain([chosen]).collect(),
-            }
+        let inside = |k: usize| {
+            let range = self.task.family.0[k];
+            (range.low - 1e-9..=range.high + 1e-9).contains(&own[k])
         };
-        let share =
-            map("Largest share of what is allowed, %".to_owned(), Some((100.0, false)), &|p| {
-                100.0 * p.limiting().share
-            });
+        let filed = (inside(across) && inside(up)).then_some((own[across] * fx, own[up] * fy, 'F'));
+        let chosen = (at[across] * fx, at[up] * fy, 'C');
+        let map = Map {
+            title: "Largest share of what is allowed, %".to_owned(),
+            x_label: label(across),
+            y_label: label(up),
+            xs: ranges[across].iter().map(|x| x * fx).collect(),
+            ys: ranges[up].iter().map(|y| y * fy).collect(),
+            values: Vec::new(),
+            allowed: Some((100.0, false)),
+            marks: filed.into_iter().chain([chosen]).collect(),
+        };
+        let values = |of: &dyn Fn(&PlacedPart) -> f64| -> Vec<Vec<Option<f64>>> {
+            let row = |y: &f64| ranges[across].iter().map(|x| slice(*x, *y).map(of)).collect();
+            ranges[up].iter().map(row).collect()
+        };
+        let share = Map { values: values(&|p| 100.0 * p.limiting().share), ..map.clone() };
         let of_figure = |k: usize| {
-            let unit = unit(k);
-            let limit = self.task.allowed.iter().find(|a| a.figure == k);
-            let allowed = limit.map(|limit| (limit.limit * unit.factor, more_is_better(k)));
-            let title = sentence(&unit.named(WAY_FIGURES[k].figure.label));
-            map(title, allowed, &|p| p.values[k] * unit.factor)
+            let factor = unit(k).factor;
+            Map { values: values(&|p| p.values[k] * factor), ..self.figure_map(k, &map) }
         };
         std::iter::once(share).chain((0..WAY_FIGURES.len()).map(of_figure)).collect()
+    }
+
+    /// A map of a figure, without its values.
+    fn figure_map(&self, k: usize, map: &Map) -> Map {
+        let unit = unit(k);
+        let limit = self.task.allowed.iter().find(|a| a.figure == k);
+        Map {
+            title: sentence(&unit.named(WAY_FIGURES[k].figure.label)),
+            allowed: limit.map(|limit| (limit.limit * unit.factor, more_is_better(k))),
+            ..map.clone()
+        }
     }
 
     fn figures(&self) -> Vec<Picture> {
@@ -272,20 +279,13 @@ impl StudyLayoutReport<'_> {
             Marked { x, y, error: 0.0 }
         });
         let label = |k: usize| unit(k).named(WAY_FIGURES[k].figure.label);
+        let lines = vec![PlotLine::new("best in both", color::run(1), front)];
         Plot {
-            x_label: label(a),
-            y_label: label(b),
-            lines: vec![PlotLine {
-                name: "best in both".to_owned(),
-                color: color::run(1),
-                dash: Dash::Solid,
-                points: front,
-            }],
             marked: cloud.collect(),
             marked_name: "placement",
             rings: vec![point(&self.chosen.placed)],
             rings_name: "chosen",
-            ..Plot::default()
+            ..Plot::new(label(a), label(b), lines)
         }
     }
 
@@ -302,18 +302,12 @@ impl StudyLayoutReport<'_> {
             let rows = recording.rows.iter().zip(travelled(&recording.rows));
             let on_seam = rows.filter(|(row, _)| moving(row.phase));
             let points = on_seam.map(|(row, s)| (s * MILLI, of(row))).collect();
-            let color = color::run(k + 2 - both.len());
-            Some(PlotLine { name: (*name).to_owned(), color, dash: Dash::Solid, points })
+            Some(PlotLine::new(*name, color::run(k + 2 - both.len()), points))
         });
         let mut lines: Vec<PlotLine> = lines.collect();
         let length = lines.iter().filter_map(|l| l.points.last()).map(|p| p.0).fold(0.0, f64::max);
         lines.push(reference("", vec![(0.0, 0.0), (length, 0.0)]));
-        Plot {
-            x_label: "position on the seam, mm".to_owned(),
-            y_label: y_label.to_owned(),
-            lines,
-            ..Plot::default()
-        }
+        Plot::new("position on the seam, mm", y_label, lines)
     }
 }
 
@@ -322,12 +316,5 @@ fn figures(of: Option<&ConfirmedWeld>) -> Option<&WeldFigures> {
 }
 
 fn sentence(label: &str) -> String {
-    crate::words::study::sensitivity::capital(label)
-}
-
-impl crate::report::Recorded for StudyLayoutReport<'_> {
-    #[cfg(feature = "rerun")]
-    fn record(&self, path: &std::path::Path) -> Result<(), crate::OutputError> {
-        crate::rerun::layout_recording(path, self, &self.document())
-    }
+    crate::text::study::sensitivity::capital(label)
 }

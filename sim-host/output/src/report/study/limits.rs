@@ -1,17 +1,17 @@
 //! How far a weld can be driven.
 
 use crate::StudyLimitsReport;
-use crate::color::{self, Dash};
+use crate::color;
 use crate::document::{
     Block, Document, Map, Medium, Picture, Plot, PlotLine, Table, number, reference, words,
 };
 use crate::json::study::limits::StudyLimitsResult;
 use crate::report::{PublishedResult, Report};
-use crate::words::fixed;
-use crate::words::study::layout::PLACEMENT_NUMBERS;
-use crate::words::study::limits::{because, headline, largest, name, notices, setting, unit};
-use crate::words::study::sensitivity::capital;
-use trueweld_evaluate::study::{Driven, FoundLimit, numbers};
+use crate::text::fixed;
+use crate::text::study::layout::PLACEMENT_NUMBERS;
+use crate::text::study::limits::{because, headline, largest, name, notices, setting, unit};
+use crate::text::study::sensitivity::capital;
+use trueweld_evaluate::study::{Driven, FoundLimit, Placement, numbers};
 
 impl Report for StudyLimitsReport<'_> {
     const SCHEMA: &'static str = "study-limits/1";
@@ -28,7 +28,7 @@ impl Report for StudyLimitsReport<'_> {
         document.push_on(Medium::Page, Block::Figures(self.curves()));
         document.push_on(Medium::Page, Block::Maps(self.maps()));
         if self.places.len() > 1 {
-            document.section(Medium::All, "Place by place", Block::Table(self.by_place()));
+            document.table("Place by place", self.by_place());
         }
         document
     }
@@ -86,28 +86,29 @@ impl StudyLimitsReport<'_> {
         if xs.len() < 2 || zs.len() < 2 {
             return Vec::new();
         }
-        let map = |driven: Driven| {
-            let value = |x: f64, z: f64| {
-                let place = self.places[1..].iter().find(|place| {
-                    (place.at.x_m - x).abs() < 1e-9 && (place.at.z_m - z).abs() < 1e-9
-                })?;
-                let found = place.limits.iter().find(|found| found.driven == driven)?;
-                Some(found.largest? * unit(driven).factor)
-            };
-            let row = |z: &f64| xs.iter().map(|x| value(*x, *z)).collect();
-            Map {
-                title: format!("Largest {}", unit(driven).named(name(driven))),
-                x_label: "x, m".to_owned(),
-                y_label: "z, m".to_owned(),
-                xs: xs.clone(),
-                ys: zs.clone(),
-                values: zs.iter().map(row).collect(),
-                allowed: None,
-                marks: Vec::new(),
-            }
-        };
         let driven = self.places.first().map_or(&[][..], |place| &place.limits);
-        driven.iter().map(|found| map(found.driven)).collect()
+        driven.iter().map(|found| self.map(found.driven, &xs, &zs)).collect()
+    }
+
+    /// The largest value of what is driven over the grid of places.
+    fn map(&self, driven: Driven, xs: &[f64], zs: &[f64]) -> Map {
+        let value = |x: f64, z: f64| {
+            let is_there = |at: &Placement| (at.x_m - x).abs() < 1e-9 && (at.z_m - z).abs() < 1e-9;
+            let place = self.places[1..].iter().find(|place| is_there(&place.at))?;
+            let found = place.limits.iter().find(|found| found.driven == driven)?;
+            Some(found.largest? * unit(driven).factor)
+        };
+        let row = |z: &f64| xs.iter().map(|x| value(*x, *z)).collect();
+        Map {
+            title: format!("Largest {}", unit(driven).named(name(driven))),
+            x_label: "x, m".to_owned(),
+            y_label: "z, m".to_owned(),
+            xs: xs.to_vec(),
+            ys: zs.to_vec(),
+            values: zs.iter().map(row).collect(),
+            allowed: None,
+            marks: Vec::new(),
+        }
     }
 }
 
@@ -122,14 +123,12 @@ fn share_over_driven(found: &FoundLimit) -> Picture {
     let points: Vec<(f64, f64)> = found.probes.iter().map(point).collect();
     let ends = [points.first(), points.last()].map(|p| p.map_or(0.0, |p| p.0));
     let allowed = reference("allowed", ends.map(|x| (x, 100.0)).into());
-    let line = PlotLine { name: String::new(), color: color::run(1), dash: Dash::Solid, points };
+    let lines = vec![PlotLine::new("", color::run(1), points), allowed];
+    let x_label = unit.named(name(found.driven));
     let plot = Plot {
-        x_label: unit.named(name(found.driven)),
-        y_label: "largest share of a limit, %".to_owned(),
-        lines: vec![line, allowed],
         named: true,
         logarithmic: true,
-        ..Plot::default()
+        ..Plot::new(x_label, "largest share of a limit, %", lines)
     };
     Picture::new(format!("{}: {}", capital(name(found.driven)), largest(found)), plot)
 }

@@ -2,15 +2,15 @@
 
 use crate::color::{self, Dash, JOINT_COLOURS as JOINT_COLORS};
 use crate::document::{
-    Block, Document, Medium, Picture, Plot, PlotLine, Table, Tone, number, reference, words,
+    Block, Column, Document, Medium, Picture, Plot, PlotLine, Table, Tone, number, reference, words,
 };
 use crate::json::study::paper::StudyPaperResult;
 use crate::path::{moving, travelled};
 use crate::report::{PublishedResult, Report};
-use crate::words::study::paper::{
+use crate::text::study::paper::{
     Kind, PUBLISHED_LATERAL_MAX, Statement, headline, held, runs, setting, statements, widest,
 };
-use crate::words::{PublishedStep, fixed};
+use crate::text::{PublishedStep, fixed};
 use crate::{MILLI, StudyPaperReport};
 use trueweld_core::JOINTS;
 use trueweld_plant::simulate::{Phase, RecordRow, Recording};
@@ -26,32 +26,27 @@ impl Report for StudyPaperReport<'_> {
     }
 
     fn document(&self) -> Document {
-        let mut document = Document::new("PublishedResult study", headline(self), self.provenance);
+        let mut document = Document::new("Published study", headline(self), self.provenance);
         document.push(Block::Note(setting(self)));
         document.push(Block::Table(published(self)));
         document.push_on(Medium::Page, Block::Figures(self.figures()));
-        document.section(
-            Medium::All,
-            "Push near collinear axes 4 and 6, without compensation",
-            Block::Table(self.distances()),
-        );
+        document.table("Push near collinear axes 4 and 6, without compensation", self.distances());
         document
     }
 }
 
 fn published(report: &StudyPaperReport<'_>) -> Table {
-    let row = |of: Statement| {
-        let agrees = of.agrees.map_or("–", |agrees| if agrees { "yes" } else { "no" });
-        vec![
-            words(of.what),
-            words(of.published),
-            words(of.ours),
-            words(if of.tuned { "tuned" } else { "" }).tone(Tone::Aside),
-            words(agrees).bad(of.agrees == Some(false)),
-        ]
-    };
-    let head = ["", "published", "here", "", "agrees"].map(words);
-    Table { head: vec![head.to_vec()], rows: statements(report).into_iter().map(row).collect() }
+    let columns: [Column<'_, Statement>; 5] = [
+        (words(""), &|of| words(&of.what)),
+        (words("published"), &|of| words(&of.published)),
+        (words("here"), &|of| words(&of.ours)),
+        (words(""), &|of| words(if of.tuned { "tuned" } else { "" }).tone(Tone::Aside)),
+        (words("agrees"), &|of| {
+            let agrees = of.agrees.map_or("–", |agrees| if agrees { "yes" } else { "no" });
+            words(agrees).bad(of.agrees == Some(false))
+        }),
+    ];
+    Table::of(statements(report), &columns)
 }
 
 impl StudyPaperReport<'_> {
@@ -113,34 +108,30 @@ impl StudyPaperReport<'_> {
             let rows = &run.recording.rows;
             let shown = rows.iter().filter(|r| (-0.2..=SHOWN_TIME).contains(&(r.time - self.at)));
             let points = shown.map(|r| (r.time - self.at, -r.force_w.z / MILLI)).collect();
-            let (name, color) = (run.figures.controller.to_owned(), color::run(k));
-            lines.push(PlotLine { name, color, dash: Dash::Solid, points });
+            let (name, color) = (run.figures.controller, color::run(k));
+            lines.push(PlotLine::new(name, color, points));
             let Some(theirs) = PublishedStep::of(run.figures.controller) else { continue };
             goal = rows.last().and_then(|r| r.force_desired).unwrap_or(0.0) / MILLI;
             let peak = goal + theirs.overshoot * self.height / MILLI;
             // At the height of the peak, to the published time.
             let points = vec![(0.0, peak), (theirs.settle, peak)];
             let name = format!("published, scheme {}", theirs.scheme);
-            lines.push(PlotLine { name, color, dash: Dash::Dotted, points });
+            lines.push(PlotLine::new(name, color, points).dashed(Dash::Dotted));
         }
         let near = 0.05 * self.height / MILLI;
         Plot {
-            x_label: "time since the step, s".to_owned(),
-            y_label: "push, kN".to_owned(),
-            lines,
             band: Some([goal - near, goal + near]),
             band_name: "±5 % of the step".into(),
             wide: true,
-            ..Plot::default()
+            ..Plot::new("time since the step, s", "push, kN", lines)
         }
     }
 
     /// A signal of every published weld over the position on its seam.
     fn over_path(&self, of: impl Fn(&RecordRow) -> f64) -> Vec<PlotLine> {
         let line = |(k, run): (usize, &crate::WeldRun<'_>)| {
-            let name = Kind::ALL.get(k).map_or("", |kind| kind.label()).to_owned();
-            let points = path_points(run.recording, &of);
-            PlotLine { name, color: color::run(k), dash: Dash::Solid, points }
+            let name = Kind::ALL.get(k).map_or("", |kind| kind.label());
+            PlotLine::new(name, color::run(k), path_points(run.recording, &of))
         };
         self.welds.iter().enumerate().map(line).collect()
     }
@@ -169,40 +160,26 @@ impl StudyPaperReport<'_> {
     }
 
     fn torsion(&self) -> Plot {
-        let of_joint = |joint: usize| {
-            let points = self
-                .welds
-                .first()
-                .map(|run| path_points(run.recording, |row| row.torsion()[joint] * MILLI));
-            let name = format!("A{}", joint + 1);
-            let points = points.unwrap_or_default();
-            PlotLine { name, color: JOINT_COLORS[joint], dash: Dash::Solid, points }
+        let first = |of: &dyn Fn(&RecordRow) -> f64| {
+            self.welds.first().map_or(Vec::new(), |run| path_points(run.recording, of))
         };
-        over_seam("torsion, mrad", (0..JOINTS).map(of_joint).collect())
+        let lines = (0..JOINTS).map(|joint| {
+            let points = first(&|row| row.torsion()[joint] * MILLI);
+            PlotLine::new(format!("A{}", joint + 1), JOINT_COLORS[joint], points)
+        });
+        over_seam("torsion, mrad", lines.collect())
     }
 
     fn envelope(&self) -> Plot {
-        let line = |(k, kind): (usize, &Kind)| {
-            let of = |(_, run): (f64, &trueweld_evaluate::study::EnvelopeRun)| {
-                (run.collinearity.to_degrees(), run.figures.force.envelope)
-            };
-            let mut points: Vec<(f64, f64)> = runs(self, *kind).map(of).collect();
+        let lines = Kind::ALL.iter().enumerate().map(|(k, kind)| {
+            let mut points: Vec<(f64, f64)> = runs(self, *kind)
+                .map(|(_, run)| (run.collinearity.to_degrees(), run.figures.force.envelope))
+                .collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            PlotLine {
-                name: kind.label().to_owned(),
-                color: color::run(k),
-                dash: Dash::Solid,
-                points,
-            }
-        };
-        Plot {
-            x_label: "least angle between axes 4 and 6, °".to_owned(),
-            y_label: "push, max − min, N".to_owned(),
-            lines: Kind::ALL.iter().enumerate().map(line).collect(),
-            named: true,
-            logarithmic: true,
-            ..Plot::default()
-        }
+            PlotLine::new(kind.label(), color::run(k), points)
+        });
+        let [x_label, y_label] = ["least angle between axes 4 and 6, °", "push, max − min, N"];
+        Plot { named: true, logarithmic: true, ..Plot::new(x_label, y_label, lines.collect()) }
     }
 
     /// A signal of the weld whose push swings most: push (1) or angle (2).
@@ -210,9 +187,9 @@ impl StudyPaperReport<'_> {
         let points = widest(self, Kind::Inclined).map(|(_, run)| {
             run.trace.iter().map(|at| (at[0] * MILLI, at[signal] * factor)).collect()
         });
-        let points = points.unwrap_or_default();
-        let name = Kind::Inclined.label().to_owned();
-        over_seam(y_label, vec![PlotLine { name, color: color::run(1), dash: Dash::Solid, points }])
+        let name = Kind::Inclined.label();
+        let line = PlotLine::new(name, color::run(1), points.unwrap_or_default());
+        over_seam(y_label, vec![line])
     }
 }
 
@@ -224,10 +201,5 @@ fn path_points(recording: &Recording, of: impl Fn(&RecordRow) -> f64) -> Vec<(f6
 }
 
 fn over_seam(y_label: &str, lines: Vec<PlotLine>) -> Plot {
-    Plot {
-        x_label: "position on the seam, mm".to_owned(),
-        y_label: y_label.to_owned(),
-        lines,
-        ..Plot::default()
-    }
+    Plot::new("position on the seam, mm", y_label, lines)
 }

@@ -2,12 +2,12 @@
 
 use crate::StudySensitivityReport;
 use crate::color::{self, Rgb};
-use crate::document::{Bar, Block, Document, Medium, Table, TableCell, number, words};
+use crate::document::{Bar, Block, Document, Table, TableCell, number, words};
 use crate::json::study::sensitivity::StudySensitivityResult;
 use crate::report::{PublishedResult, Report};
 use crate::samples::{self, BlockTable};
-use crate::words::fixed;
-use crate::words::study::sensitivity::{
+use crate::text::fixed;
+use crate::text::study::sensitivity::{
     capital, derivative, headline, input, notices, setting, unit,
 };
 use trueweld_evaluate::study::{Derivative, SobolIndex, WithInterval};
@@ -33,11 +33,7 @@ impl Report for StudySensitivityReport<'_> {
         let mut document = Document::new("Sensitivity", headline(self), self.provenance);
         document.push(Block::Note(setting(self)));
         document.push(Block::List(notices(self)));
-        document.section(
-            Medium::All,
-            "What each figure follows from: share of its variance, %",
-            Block::Table(self.overview()),
-        );
+        document.table("What each figure follows from: share of its variance, %", self.overview());
         for figure in self.study.figures() {
             let table = self.table(figure.key);
             let of = self.global.figures.iter().find(|f| f.figure.key == figure.key);
@@ -45,11 +41,7 @@ impl Report for StudySensitivityReport<'_> {
                 let [mean, deviation] = [f.mean, f.deviation].map(|v| unit(figure.key).quantity(v));
                 format!(": {mean} ± {deviation}")
             });
-            document.section(
-                Medium::All,
-                &format!("{}{spread}", capital(figure.label)),
-                Block::Table(table),
-            );
+            document.table(&format!("{}{spread}", capital(figure.label)), table);
         }
         document
     }

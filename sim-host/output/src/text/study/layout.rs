@@ -1,6 +1,6 @@
 //! What is said of a part that is placed.
 
-use crate::words::{Scale, counted, digits, fixed, listed};
+use crate::text::{Scale, counted, digits, fixed, listed};
 use crate::{MILLI, StudyLayoutReport};
 use trueweld_core::{Branch, KinematicsError};
 use trueweld_evaluate::WeldFigures;
@@ -96,19 +96,22 @@ fn bare(of: &Confirmation) -> Option<Bare> {
     Some(Bare { lateral: most(|f| f.lateral.max_abs), tilt: most(|f| f.tilt.max_abs) })
 }
 
+/// What deviation and tilt take of what they are allowed, and what is not kept besides.
+fn taken(of: &PlacedPart, allowed: &[Allowance]) -> String {
+    let label = |of: Limiting| WAY_FIGURES[allowed[of.allowance].figure].figure.label;
+    let missed = match of.reserve {
+        reserve if reserve.share > 1.0 => format!("; not kept: {}", label(reserve)),
+        _ => String::new(),
+    };
+    let share = fixed(100.0 * of.deviation.share, 0);
+    format!("{share} % ({}{missed})", label(of.deviation))
+}
+
 /// The finding.
 pub(crate) fn headline(report: &StudyLayoutReport<'_>) -> String {
     let chosen = &report.chosen.placed;
     let place = moved(&chosen.placement, &report.task.part.placement());
-    let label = |of: Limiting| WAY_FIGURES[report.task.allowed[of.allowance].figure].figure.label;
-    let taken = |of: &PlacedPart| {
-        let missed = match of.reserve {
-            reserve if reserve.share > 1.0 => format!("; not kept: {}", label(reserve)),
-            _ => String::new(),
-        };
-        let share = fixed(100.0 * of.deviation.share, 0);
-        format!("{share} % ({}{missed})", label(of.deviation))
-    };
+    let taken = |of: &PlacedPart| taken(of, &report.task.allowed);
     let filed = report.filed.as_ref().ok();
     let instead =
         filed.map_or(String::new(), |filed| format!(" instead of {}", taken(&filed.placed)));

@@ -53,9 +53,9 @@ fn open(proposal: &Proposal) -> usize {
     doubts + usize::from(!proposal.kind_sure) + usize::from(proposal.period_open)
 }
 
-/// What a column's mapping rests on.
-pub(crate) fn bases(column: &ProposedColumn) -> String {
-    let of = |basis: &ProposalBasis| match basis {
+/// What else a column was recognised by; nothing where its header or a comment says it.
+fn basis(of: &ProposalBasis) -> String {
+    match of {
         ProposalBasis::Header
         | ProposalBasis::Rises
         | ProposalBasis::Comment
@@ -70,7 +70,11 @@ pub(crate) fn bases(column: &ProposedColumn) -> String {
         ProposalBasis::ModelTorque(correlation) => {
             format!("sign by the model's torque (correlation {correlation:.2})")
         }
-    };
+    }
+}
+
+/// What a column's mapping rests on.
+pub(crate) fn bases(column: &ProposedColumn) -> String {
     match &column.mapping {
         Ok(_) => {
             let stated = column.bases.contains(&ProposalBasis::UnitInHeader);
@@ -82,7 +86,7 @@ pub(crate) fn bases(column: &ProposedColumn) -> String {
                 }
                 _ => format!("channel{and_unit} by its header"),
             };
-            let others = column.bases.iter().map(of).filter(|basis| !basis.is_empty());
+            let others = column.bases.iter().map(basis).filter(|basis| !basis.is_empty());
             std::iter::once(named).chain(others).collect::<Vec<_>>().join("; ")
         }
         Err(why) => left_out(why),

@@ -3,8 +3,8 @@
 use super::{PublishedResult, Report};
 use crate::document::{Block, Document};
 use crate::json;
-use crate::json::mistakes::MistakesResult;
-use crate::words::mistakes::{headline, mistake};
+use crate::json::log_faults::MistakesResult;
+use crate::text::log_faults::{headline, mistake};
 use crate::{DiagnoseReport, ImproveReport, MistakesReport};
 
 impl Report for MistakesReport<'_> {

@@ -66,8 +66,12 @@ pub(crate) fn setting(runs: &[WeldRun]) -> String {
             _ => "several".to_owned(),
         }
     }
+    let steady = match runs.iter().any(|run| run.recording.force > 0.0) {
+        true => "full feed, full push",
+        false => "full feed",
+    };
     format!(
-        "Weld {}, controller {}, push {}, seed {}. Figures over the steady part (full feed, full push).",
+        "Weld {}, controller {}, push {}, seed {}. Figures over the steady part ({steady}).",
         shared(runs.iter().map(|r| r.recording.weld.clone())),
         shared(runs.iter().map(|r| r.recording.controller.to_owned())),
         shared(runs.iter().map(push)),
@@ -80,27 +84,28 @@ pub(crate) fn beyond_tolerance(run: &WeldRun) -> bool {
     run.figures.lateral.max_abs >= run.figures.half_pin_m
 }
 
+/// Which of the runs one is: its law, and what they do not share.
+fn who(run: &WeldRun, runs: &[WeldRun]) -> String {
+    let WeldRun { recording: of, .. } = run;
+    let mut who = match of.compensator.as_str() {
+        "none" => "without compensation".to_owned(),
+        law => format!("with {law} compensation"),
+    };
+    if runs.iter().any(|other| other.recording.controller != runs[0].recording.controller) {
+        who += &format!(" under {} control", of.controller);
+    }
+    if runs.iter().any(|other| other.recording.weld != runs[0].recording.weld) {
+        who += &format!(" ({})", of.weld);
+    }
+    who
+}
+
 /// The result in a sentence or two, true of whatever runs there are.
 pub(crate) fn headline(runs: &[WeldRun]) -> String {
     if runs.is_empty() {
         return "No weld.".to_owned();
     }
-    let several = runs.iter().any(|r| r.recording.weld != runs[0].recording.weld);
-    let several_controllers =
-        runs.iter().any(|r| r.recording.controller != runs[0].recording.controller);
-    let who = |run: &WeldRun| {
-        let mut who = match run.recording.compensator.as_str() {
-            "none" => "without compensation".to_owned(),
-            law => format!("with {law} compensation"),
-        };
-        if several_controllers {
-            who += &format!(" under {} control", run.recording.controller);
-        }
-        if several {
-            who += &format!(" ({})", run.recording.weld);
-        }
-        who
-    };
+    let who = |run: &WeldRun| who(run, runs);
     let parts = runs.iter().map(|run| {
         let beyond = match Scale::small("m").quantity(run.recording.half_pin) {
             limit if beyond_tolerance(run) => {

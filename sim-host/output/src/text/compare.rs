@@ -75,7 +75,7 @@ pub(crate) fn notes(notices: &[Notice]) -> Vec<String> {
 pub(crate) fn notice(notice: &Notice) -> String {
     match notice {
         Notice::Log { log, notice } => format!("{log}: {}", super::log::notice(notice)),
-        Notice::Registered(found) => super::mistakes::registered(found),
+        Notice::Registered(found) => super::log_faults::registered(found),
         Notice::NoiseEstimated(logs) => format!(
             "the noise is not stated and was estimated from the recordings: {}",
             logs.join(", ")

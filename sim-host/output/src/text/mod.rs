@@ -15,7 +15,7 @@ pub(crate) mod import;
 pub(crate) mod improve;
 pub(crate) mod laws;
 pub(crate) mod log;
-pub(crate) mod mistakes;
+pub(crate) mod log_faults;
 mod model;
 pub(crate) mod provenance;
 mod published;

@@ -1,10 +1,10 @@
 //! What is said of gross mistakes in the files.
 
 use super::{Scale, listed};
-use crate::words::register::half;
+use crate::text::register::half;
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::rotation_vector;
-use trueweld_estimate::mistakes::{
+use trueweld_estimate::log_faults::{
     ColumnLines, Found, Mistake, MistakeKind, Registered, Remedy, WrenchFrame,
 };
 use trueweld_logs::channel::LogChannel;
@@ -147,35 +147,29 @@ pub(crate) fn sentence(mistake: &Mistake, joints: &[String]) -> String {
 /// How a force sensor sits, with what its numbers are known to.
 fn mounted(frame: &WrenchFrame) -> String {
     let WrenchFrame { pose, point_interval, axes_interval, .. } = frame;
-    let most = |widths: &[f64; 3]| widths.iter().copied().fold(0.0, f64::max);
-    let (metre, radian) = (Scale::small("m"), Scale::small("rad"));
-    let point = || {
-        let [x, y, z] = rounded(pose.position, 4).into();
-        format!(
-            "the moment is about a point {:.4} m from the tool centre point, at {x:.4}, {y:.4}, {z:.4} m in T {}",
-            pose.position.norm(),
-            half(&metre, most(point_interval))
-        )
+    let widest = |unit: &'static str, widths: &[f64; 3]| {
+        half(&Scale::small(unit), widths.iter().copied().fold(0.0, f64::max))
     };
-    let axes = || {
+    let mut parts = Vec::new();
+    if pose.rotation != Matrix3::identity() {
         let turn = rotation_vector(&pose.rotation);
         let [x, y, z] = rounded(turn / turn.norm(), 3).into();
-        format!(
+        parts.push(format!(
             "the wrench is in axes that are turned by {:.2}° about {x:.3}, {y:.3}, {z:.3} of T {}",
             turn.norm().to_degrees(),
-            half(&radian, most(axes_interval))
-        )
-    };
-    let parts = [
-        (pose.rotation != Matrix3::identity()).then(axes),
-        (pose.position != Vector3::zeros()).then(point),
-    ];
-    parts
-        .into_iter()
-        .flatten()
-        .map(|part| part.trim_end().to_owned())
-        .collect::<Vec<_>>()
-        .join(", and ")
+            widest("rad", axes_interval)
+        ));
+    }
+    if pose.position != Vector3::zeros() {
+        let [x, y, z] = rounded(pose.position, 4).into();
+        parts.push(format!(
+            "the moment is about a point {:.4} m from the tool centre point, at {x:.4}, {y:.4}, {z:.4} m in T {}",
+            pose.position.norm(),
+            widest("m", point_interval)
+        ));
+    }
+    let parts: Vec<&str> = parts.iter().map(|part| part.trim_end()).collect();
+    parts.join(", and ")
 }
 
 /// A vector to so many decimals, without a sign on its zeros.

@@ -1,7 +1,7 @@
 //! The published study beside ours: Bres et al., Industrial Robot 37(1), 2010, sections 5.2 and 5.3.
 
-use crate::words::step::{SEARCHED_GAINS, milliseconds};
-use crate::words::{PublishedStep, fixed, listed, share};
+use crate::text::step::{SEARCHED_GAINS, milliseconds};
+use crate::text::{PublishedStep, fixed, listed, share};
 use crate::{MILLI, StudyPaperReport};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -93,19 +93,21 @@ pub(crate) fn widest<'a>(
         .max_by(|a, b| a.1.figures.force.envelope.total_cmp(&b.1.figures.force.envelope))
 }
 
+/// How many statements agree of those that are judged, tuned or not, and which do not.
+fn judged(statements: &[Statement], tuned: bool) -> ([usize; 2], String) {
+    let of: Vec<_> = statements.iter().filter(|s| s.tuned == tuned && s.agrees.is_some()).collect();
+    let missed: Vec<&str> =
+        of.iter().filter(|s| s.agrees == Some(false)).map(|s| s.what.as_str()).collect();
+    let not = match missed.as_slice() {
+        [] => String::new(),
+        missed => format!(" (not: {})", listed(missed, "and")),
+    };
+    ([of.len() - missed.len(), of.len()], not)
+}
+
 /// The finding: what was searched for counts apart from what came out.
 pub(crate) fn headline(report: &StudyPaperReport<'_>) -> String {
-    let told = statements(report);
-    let judged = |tuned: bool| {
-        let of: Vec<_> = told.iter().filter(|s| s.tuned == tuned && s.agrees.is_some()).collect();
-        let missed: Vec<&str> =
-            of.iter().filter(|s| s.agrees == Some(false)).map(|s| s.what.as_str()).collect();
-        let not = match missed.as_slice() {
-            [] => String::new(),
-            missed => format!(" (not: {})", listed(missed, "and")),
-        };
-        ([of.len() - missed.len(), of.len()], not)
-    };
+    let statements = statements(report);
     let wide = widest(report, Kind::Inclined).map_or(String::new(), |(x, run)| {
         format!(
             " At 45° the push swings by {:.0} N where the seam lies at x = {} m and axes 4 and 6 come within {}° of a line.",
@@ -114,8 +116,8 @@ pub(crate) fn headline(report: &StudyPaperReport<'_>) -> String {
             fixed(run.collinearity.to_degrees(), 1),
         )
     });
-    let ([found, of_found], not_found) = judged(false);
-    let ([searched, of_searched], not_searched) = judged(true);
+    let ([found, of_found], not_found) = judged(&statements, false);
+    let ([searched, of_searched], not_searched) = judged(&statements, true);
     format!(
         "{found} of {of_found} published statements that were not tuned hold here{not_found}. Of the step, for which the \
          gains were searched, {searched} of {of_searched} figures agree{not_searched}.{wide}"
@@ -249,28 +251,29 @@ mod tests {
     use super::*;
     use crate::sample;
 
+    fn headline_of(welds: &sample::Welds) -> String {
+        let steps = sample::steps();
+        headline(&StudyPaperReport {
+            steps: &steps.runs(),
+            at: sample::STEP_AT,
+            height: sample::STEP_HEIGHT,
+            welds: &welds.runs(),
+            envelopes: [&[], &[]],
+            length: 1.0,
+            provenance: sample::provenance(),
+        })
+    }
+
     #[test]
     fn what_the_gains_were_searched_for_counts_apart() {
-        let (steps, mut welds) = (sample::steps(), sample::welds(400));
-        let headline = |welds: &sample::Welds| {
-            let (steps, welds) = (steps.runs(), welds.runs());
-            headline(&StudyPaperReport {
-                steps: &steps,
-                at: sample::STEP_AT,
-                height: sample::STEP_HEIGHT,
-                welds: &welds,
-                envelopes: [&[], &[]],
-                length: 1.0,
-                provenance: sample::provenance(),
-            })
-        };
+        let mut welds = sample::welds(400);
         // Both welds of the sample are one weld as far as the push is concerned.
         let place = "push at 45°, at the published place";
-        let before = headline(&welds);
+        let before = headline_of(&welds);
         let holds = |text: &str| text.split_once(" of 4 published").unwrap().0.parse::<u32>();
         assert!(before.contains(" of 6 figures agree") && before.contains(place), "{before}");
         welds.figures[1].force.envelope = 2.0 * welds.figures[0].force.envelope + 1.0;
-        let after = headline(&welds);
+        let after = headline_of(&welds);
         assert!(!after.contains(place), "{after}");
         assert_eq!(holds(&after), holds(&before).map(|count| count + 1), "{before} {after}");
     }

@@ -138,7 +138,7 @@ fn carried(
     let alone = (squares - left_of).imax();
     let others = [squares, left_of].map(|s| s.sum() - s[alone]);
     let (squares, left) = (squares.sum(), left_of.sum());
-    let stands_out = count >= RELATION_ROWS_MIN
+    let is_found = count >= RELATION_ROWS_MIN
         && found[0] > HEAVY
         && left < PAYLOAD_MISFIT_MAX * squares
         && others[1] < CARRIED_BY_OTHERS * others[0];
@@ -146,5 +146,5 @@ fn carried(
     let channel = LogChannel::MotorTorque;
     let evidence =
         MisfitEvidence { before: root(squares), after: root(left), unit: "N·m", channel };
-    stands_out.then_some((found[0], evidence))
+    is_found.then_some((found[0], evidence))
 }

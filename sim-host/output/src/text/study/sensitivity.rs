@@ -1,8 +1,8 @@
 //! What is said of a weld's sensitivity.
 
 use crate::StudySensitivityReport;
-use crate::words::requirement::scale;
-use crate::words::{Scale, counted, fixed, listed};
+use crate::text::requirement::scale;
+use crate::text::{Scale, counted, fixed, listed};
 use trueweld_evaluate::study::{Derivative, study_figure};
 
 /// Share of the variance from which an input is worth naming.

@@ -1,8 +1,8 @@
 //! A gross mistake in the files of logs.
 
 use super::{finite, result};
-use crate::words::mistakes::{change, place, sentence, target};
-use trueweld_estimate::mistakes::Mistake;
+use crate::text::log_faults::{change, place, sentence, target};
+use trueweld_estimate::log_faults::Mistake;
 
 result! {
     /// A gross mistake in the files.

@@ -171,6 +171,22 @@ pub(super) fn is_cut_short(diagnosis: &Diagnosis) -> bool {
     diagnosis.incomplete.iter().any(never_tried)
 }
 
+/// What the best explanation does where it explains a part; nothing where it does not.
+fn partial_explanation(best: &Candidate, robot: &RobotFile) -> String {
+    if !best.explains() || best.held_out_after >= FALL * best.held_out_before {
+        return String::new();
+    }
+    let piece = match best.has_unseen_wave() {
+        true => " (so small a piece of a wave that many other curves are like it)",
+        false => "",
+    };
+    format!(
+        " The best partial explanation, {}{piece}, brings the score to {} where it was not fitted.",
+        best.name(robot),
+        score(best.held_out_after)
+    )
+}
+
 /// The finding in a sentence or two, of whatever kind it is; `next`: what to record next, in a sentence.
 pub(crate) fn verdict(
     diagnosis: &Diagnosis,
@@ -193,20 +209,7 @@ pub(crate) fn verdict(
         )
     });
     let follows = || followed(unexplained);
-    let partial = || {
-        let helps = |best: &&Candidate| best.held_out_after < FALL * best.held_out_before;
-        best.filter(|best| best.explains()).filter(helps).map_or(String::new(), |best| {
-            let piece = match best.has_unseen_wave() {
-                true => " (so small a piece of a wave that many other curves are like it)",
-                false => "",
-            };
-            format!(
-                " The best partial explanation, {}{piece}, brings the score to {} where it was not fitted.",
-                best.name(robot),
-                score(best.held_out_after)
-            )
-        })
-    };
+    let partial = || best.map_or(String::new(), |best| partial_explanation(best, robot));
     match (verdict, best, calibrated) {
         (DiagnosisVerdict::EffectFound, Some(best), _) if !best.indistinguishable.is_empty() => {
             let record = next.map_or(String::new(), |next| format!(" {next}"));
@@ -499,10 +502,10 @@ mod tests {
         parts.diagnosis.score_before = 3.79;
         parts.diagnosis.verdict = DiagnosisVerdict::UnknownEffect;
         // What leaves something that stands out is named as part of the answer, and not as the answer.
-        let at_floor = parts.diagnosed().headline();
+        let partial = parts.diagnosed().headline();
         let expected = "Something is missing that no effect here explains (score 3.79); it follows";
-        assert!(at_floor.starts_with(expected), "{at_floor}");
-        assert!(at_floor.contains("The best partial explanation, backlash at A5"), "{at_floor}");
+        assert!(partial.starts_with(expected), "{partial}");
+        assert!(partial.contains("The best partial explanation, backlash at A5"), "{partial}");
         // So many explain it alike that none is named.
         let likely = std::mem::replace(&mut parts.diagnosis.candidates[0].probability, 0.08);
         parts.diagnosis.score_before = 0.986;

@@ -1,8 +1,8 @@
 //! What is said of how far a weld can be driven.
 
 use crate::StudyLimitsReport;
-use crate::words::study::sensitivity::capital;
-use crate::words::{Scale, fixed, listed};
+use crate::text::study::sensitivity::capital;
+use crate::text::{Scale, fixed, listed};
 use trueweld_evaluate::study::{Driven, FoundLimit, LimitProbe};
 use trueweld_plant::simulate::LimitKind;
 

@@ -3,9 +3,9 @@
 use super::compare::CompareResult;
 use super::diagnose::DiagnoseResult;
 use super::improve::ImproveResult;
-use super::mistake::FileMistake;
+use super::log_fault::FileMistake;
 use super::register::RegisteredTracker;
-use crate::{MistakesReport, words};
+use crate::{MistakesReport, text};
 use schemars::JsonSchema;
 use serde::Serialize;
 use trueweld_diagnose::DiagnosisVerdict;
@@ -28,7 +28,7 @@ impl MistakesResult {
         let provenance = report.provenance.clone();
         let model = report.model.path.display().to_string();
         let mistakes = report.found.mistakes.iter().map(|m| FileMistake::of(m, joints)).collect();
-        let sentence = words::mistakes::headline(report.found, joints);
+        let sentence = text::log_faults::headline(report.found, joints);
         let registered = report.found.registered.iter().map(RegisteredTracker::of).collect();
         let verdict = DiagnosisVerdict::UnknownEffect.name();
         match provenance.command.as_str() {

@@ -350,6 +350,24 @@ mod tests {
         Shortfall { value: 8.05e-3, failed: None, symptom, held }
     }
 
+    fn trial(key: &str, draw: Option<u64>) -> FaultTrial {
+        FaultTrial {
+            name: "seam-offset".to_owned(),
+            fault: "seam sensor with an offset".to_owned(),
+            draw,
+            time: [85.6, 88.6],
+            detected: None,
+            worst: Some(LimitedFigure {
+                name: "lateral_max_m".to_owned(),
+                value: 6.9e-4,
+                limit: 2e-4,
+            }),
+            figures: Some([(key.to_owned(), 8.05e-3)].into()),
+            symptoms: None,
+            failed: None,
+        }
+    }
+
     #[test]
     fn every_reason_has_its_wording() {
         use EvidenceKind::{Draws, Faults, Margins, Nominal, Rare, WorstCase};
@@ -443,21 +461,6 @@ mod tests {
             let reason = Reason::Unstable { of, held, spectral_radius };
             all += &told(Margins, "gain_margin", reason);
         }
-        let trial = |key: &str, draw| FaultTrial {
-            name: "seam-offset".to_owned(),
-            fault: "seam sensor with an offset".to_owned(),
-            draw,
-            time: [85.6, 88.6],
-            detected: None,
-            worst: Some(LimitedFigure {
-                name: "lateral_max_m".to_owned(),
-                value: 6.9e-4,
-                limit: 2e-4,
-            }),
-            figures: Some([(key.to_owned(), 8.05e-3)].into()),
-            symptoms: None,
-            failed: None,
-        };
         let failed = FaultTrial { failed: failed().failed, ..trial("", None) };
         let faults = [
             ("recovered_lateral_rms_m", trial("recovered_lateral_rms_m", None), 1),
