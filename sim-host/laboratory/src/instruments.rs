@@ -1,26 +1,19 @@
 //! The instruments of the laboratory: their columns, their noise, and the logs that they are in.
 
 use trueweld_plant::input::{Bounds, InputError, TomlTable};
+use trueweld_plant::named;
 
-/// What was done in a log.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum SimulatedLogKind {
-    Static,
-    Ring,
-    Free,
-    Weld,
+named! {
+    /// What was done in a log.
+    pub(crate) enum SimulatedLogKind {
+        Static = "static-load",
+        Ring = "ring-down",
+        Free = "free-motion",
+        Weld = "weld",
+    }
 }
 
 impl SimulatedLogKind {
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Static => "static-load",
-            Self::Ring => "ring-down",
-            Self::Free => "free-motion",
-            Self::Weld => "weld",
-        }
-    }
-
     /// Time between rows, s, where it is even.
     pub(crate) fn period(self) -> Option<f64> {
         match self {

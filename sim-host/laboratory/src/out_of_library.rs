@@ -8,63 +8,37 @@ use nalgebra::Vector3;
 use std::f64::consts::TAU;
 use trueweld_core::JOINTS;
 use trueweld_plant::cell::Cell;
+use trueweld_plant::named;
 use trueweld_plant::random::Random;
 use trueweld_plant::robot::{
     Channel, JointState, Port, ProcessPoint, Readings, Term, TooManyStates, ValueDerivative,
 };
 
-/// Kinds of effects outside the library.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OutOfLibraryKind {
-    /// A bearing that drags on the link's side of the gear.
-    LinkFriction,
-    /// A heavy thing hung softly on the tool: a second mode.
-    Appendage,
-    /// A gear that rubs more on one side of its turn.
-    UnevenFriction,
-    /// A force sensor whose axial channel reads too much of a large force.
-    ForceCurve,
-    /// A cable package that draws a joint back to its middle.
-    CablePull,
-    /// A gear that damps fast twisting more than slow.
-    CubicDamping,
-    /// A gear softer on one side of its turn.
-    UnevenStiffness,
-    /// A gear whose lubricant warms up.
-    FadingFriction,
-    /// A machine nearby that shakes the tool.
-    Shaker,
+named! {
+    /// Kinds of effects outside the library.
+    pub enum OutOfLibraryKind {
+        /// A bearing that drags on the link's side of the gear.
+        LinkFriction = "link-friction",
+        /// A heavy thing hung softly on the tool: a second mode.
+        Appendage = "appendage",
+        /// A gear that rubs more on one side of its turn.
+        UnevenFriction = "uneven-friction",
+        /// A force sensor whose axial channel reads too much of a large force.
+        ForceCurve = "force-curve",
+        /// A cable package that draws a joint back to its middle.
+        CablePull = "cable-pull",
+        /// A gear that damps fast twisting more than slow.
+        CubicDamping = "cubic-damping",
+        /// A gear softer on one side of its turn.
+        UnevenStiffness = "uneven-stiffness",
+        /// A gear whose lubricant warms up.
+        FadingFriction = "fading-friction",
+        /// A machine nearby that shakes the tool.
+        Shaker = "shaker",
+    }
 }
 
 impl OutOfLibraryKind {
-    /// All of them.
-    pub const ALL: [Self; 9] = [
-        Self::LinkFriction,
-        Self::Appendage,
-        Self::UnevenFriction,
-        Self::ForceCurve,
-        Self::CablePull,
-        Self::CubicDamping,
-        Self::UnevenStiffness,
-        Self::FadingFriction,
-        Self::Shaker,
-    ];
-
-    /// Its name in files and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::LinkFriction => "link-friction",
-            Self::Appendage => "appendage",
-            Self::UnevenFriction => "uneven-friction",
-            Self::ForceCurve => "force-curve",
-            Self::CablePull => "cable-pull",
-            Self::CubicDamping => "cubic-damping",
-            Self::UnevenStiffness => "uneven-stiffness",
-            Self::FadingFriction => "fading-friction",
-            Self::Shaker => "shaker",
-        }
-    }
-
     /// Its equation.
     pub fn equation(self) -> &'static str {
         match self {

@@ -79,7 +79,7 @@ fn stays_at(series: &[f64], others: &[&[f64]], limit: f64) -> bool {
     let mut long = runs(series, limit);
     long.retain(|run| run.len() >= LIMIT_RUN_ROWS_MIN);
     !long.is_empty()
-        && is_noisy(series, limit, &beside(&long, series.len()))
+        && is_noisy(series, limit, &neighbouring_rows(&long, series.len()))
         && (others.is_empty() || any_moves(others, &long))
 }
 
@@ -123,7 +123,7 @@ fn is_fine(series: &[f64], runs: &[Range<usize>]) -> bool {
 }
 
 /// Rows beside runs.
-fn beside(runs: &[Range<usize>], length: usize) -> Vec<Range<usize>> {
+fn neighbouring_rows(runs: &[Range<usize>], length: usize) -> Vec<Range<usize>> {
     let of = |run: &Range<usize>| {
         [
             run.start.saturating_sub(NOISY_NEIGHBOURS)..run.start,

@@ -6,7 +6,7 @@
 
 use crate::effects::{Effect, EffectError};
 use crate::input::Process;
-use crate::process::{Reaction, behind};
+use crate::process::{Reaction, reaction_with_trail};
 use crate::robot::{Drives, ElasticRobot, INTERNAL_STATES, TooManyStates};
 use crate::seam::Seam;
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
@@ -196,7 +196,7 @@ impl Cell {
         let placed = self.seam.place(&frames.tcp.position);
         let velocity = placed.axes.transpose() * frames.twist(&drives.link_rate).linear;
         let trail = self.process.keeps_trail().then(|| state.trail());
-        let reaction = behind(
+        let reaction = reaction_with_trail(
             &self.process,
             &self.robot.ports,
             time,

@@ -25,3 +25,30 @@ macro_rules! serialize_as_text {
         }
     )+};
 }
+
+/// Declares an enum whose variants have names, as files and results write them.
+#[macro_export]
+macro_rules! named {
+    ($(#[$about:meta])* $vis:vis enum $kind:ident {
+        $($(#[$of:meta])* $variant:ident = $name:literal,)+
+    }) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        $vis enum $kind {
+            $($(#[$of])* $variant,)+
+        }
+
+        impl $kind {
+            /// All of them.
+            #[allow(dead_code, reason = "not all enums with names are listed")]
+            $vis const ALL: [Self; [$($name),+].len()] = [$(Self::$variant),+];
+
+            /// Its name in files and results.
+            $vis fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)+
+                }
+            }
+        }
+    };
+}

@@ -16,28 +16,21 @@ use trueweld_core::{JOINTS, Robot};
 use trueweld_logs::log::{Log, LogKind};
 use trueweld_plant::effects::Location;
 use trueweld_plant::input::ModelFile;
+use trueweld_plant::named;
 
-/// What is asked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum IdentificationTarget {
-    /// Stiffness of the joints, from loads at rest.
-    Stiffness,
-    /// Damping of the joints, from ring-downs.
-    Damping,
-    /// The welding process, from the forces of welds.
-    Process,
+named! {
+    /// What is asked for.
+    pub enum IdentificationTarget {
+        /// Stiffness of the joints, from loads at rest.
+        Stiffness = "stiffness",
+        /// Damping of the joints, from ring-downs.
+        Damping = "damping",
+        /// The welding process, from the forces of welds.
+        Process = "process",
+    }
 }
 
 impl IdentificationTarget {
-    /// Its name on the command line and in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Stiffness => "stiffness",
-            Self::Damping => "damping",
-            Self::Process => "process",
-        }
-    }
-
     /// Kinds of logs that it is told by; the first is needed.
     pub fn kinds(self) -> &'static [LogKind] {
         match self {

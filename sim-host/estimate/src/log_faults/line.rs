@@ -3,7 +3,7 @@
 //! with all that may be off beside it.
 
 use super::reading::{
-    AT_REST, Best, EncoderReading, ExplainedReading, Tracker, misfit, near, plain_angle,
+    AT_REST, Best, EncoderReading, ExplainedReading, Tracker, is_near, misfit, plain_angle,
     pose_pairs, with,
 };
 use super::refine::{OUTLIER, quantile};
@@ -62,7 +62,7 @@ fn lines(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     };
     let (low, high) = (mean(&sorted[..half]), mean(&sorted[half..]));
     let slope = (high.1 - low.1) / (high.0 - low.0);
-    if slope.is_finite() && slope.abs() > 1e-4 && !near(slope.abs(), 1.0) {
+    if slope.is_finite() && slope.abs() > 1e-4 && !is_near(slope.abs(), 1.0) {
         // Through zero, weighted by the angle, and with an offset.
         let (xy, xx) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0 * p.1, s.1 + p.0 * p.0));
         found.push((xy / xx, 0.0));
@@ -147,7 +147,7 @@ pub(super) fn refined(
     let EncoderReading::Line(joint, slope, offset) = explanation.reading else {
         return (explanation, 0.0);
     };
-    let is_whole = |whole: f64| near(slope.abs(), whole);
+    let is_whole = |whole: f64| is_near(slope.abs(), whole);
     if [PI / 180.0, 180.0 / PI].into_iter().any(is_whole) {
         return (explanation, 0.0);
     }

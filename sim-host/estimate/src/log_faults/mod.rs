@@ -30,51 +30,34 @@ use trueweld_logs::channel::LogChannel;
 use trueweld_logs::log::{ColumnMapping, Log, LogKind};
 use trueweld_logs::register::{self, PosePair, Registration};
 use trueweld_plant::input::InputError;
+use trueweld_plant::named;
 use trueweld_plant::simulate::Seam;
 
-/// What is wrong.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MistakeKind {
-    /// Angles or torques of a joint count the other way.
-    Sign,
-    /// Angles of a joint count from another zero.
-    Zero,
-    /// Columns of two joints, or of two directions, stand in each other's place.
-    Exchanged,
-    /// Values are in another unit.
-    Unit,
-    /// Values are of the motor's side of the gear.
-    GearSide,
-    /// The tracker's frame is left-handed, or another one in every log.
-    TrackerFrame,
-    /// Times are in another unit.
-    TimeUnit,
-    /// The wrench is what the tool applies.
-    WrenchSide,
-    /// The wrench is in other axes than the tool's.
-    WrenchAxes,
-    /// The moment is about another point than the tool centre point.
-    WrenchPoint,
-    /// A mass hangs on the flange that neither log nor robot states.
-    Payload,
-}
-
-impl MistakeKind {
-    /// Its name in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Sign => "sign",
-            Self::Zero => "zero",
-            Self::Exchanged => "exchanged",
-            Self::Unit => "unit",
-            Self::GearSide => "gear-side",
-            Self::TrackerFrame => "tracker-frame",
-            Self::TimeUnit => "time-unit",
-            Self::WrenchSide => "wrench-side",
-            Self::WrenchAxes => "wrench-axes",
-            Self::WrenchPoint => "wrench-point",
-            Self::Payload => "payload",
-        }
+named! {
+    /// What is wrong.
+    pub enum MistakeKind {
+        /// Angles or torques of a joint count the other way.
+        Sign = "sign",
+        /// Angles of a joint count from another zero.
+        Zero = "zero",
+        /// Columns of two joints, or of two directions, stand in each other's place.
+        Exchanged = "exchanged",
+        /// Values are in another unit.
+        Unit = "unit",
+        /// Values are of the motor's side of the gear.
+        GearSide = "gear-side",
+        /// The tracker's frame is left-handed, or another one in every log.
+        TrackerFrame = "tracker-frame",
+        /// Times are in another unit.
+        TimeUnit = "time-unit",
+        /// The wrench is what the tool applies.
+        WrenchSide = "wrench-side",
+        /// The wrench is in other axes than the tool's.
+        WrenchAxes = "wrench-axes",
+        /// The moment is about another point than the tool centre point.
+        WrenchPoint = "wrench-point",
+        /// A mass hangs on the flange that neither log nor robot states.
+        Payload = "payload",
     }
 }
 
@@ -325,7 +308,8 @@ fn far_from_surface(log: &Log, seam: &Seam, push: f64) -> Option<f64> {
 pub fn registrations(logs: &[Log], model: &BaselineModel) -> Vec<Registered> {
     /// What one tracker may leave, m, before each log gets its own.
     const SHARED: f64 = 3e-3;
-    let seen: Vec<Vec<PosePair>> = logs.iter().map(|log| pose::seen(log, &model.robot)).collect();
+    let seen: Vec<Vec<PosePair>> =
+        logs.iter().map(|log| pose::plain_pose_pairs(log, &model.robot)).collect();
     let tracked: Vec<usize> = (0..logs.len()).filter(|k| !seen[*k].is_empty()).collect();
     let mut registered = match one_tracker(logs, &seen, &tracked) {
         Some(all) if all.registration.left[0] < SHARED => vec![all],

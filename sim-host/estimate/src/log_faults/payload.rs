@@ -3,7 +3,7 @@
 use super::relation::RELATION_ROWS_MIN;
 use super::rows::LogRow;
 use super::{MisfitEvidence, Mistake, MistakeKind, Remedy};
-use crate::predict::hung;
+use crate::predict::with_payload;
 use nalgebra::{SMatrix, SVector, Vector3};
 use trueweld_core::{JOINTS, JointVector, Robot};
 use trueweld_logs::channel::LogChannel;
@@ -102,8 +102,9 @@ fn carried(
     /// How far the centre is moved for the torque of a first moment, m.
     const ARM: f64 = 0.1;
     let tool = &robot.parameters().tool;
-    let with =
-        |by: Vector3<f64>| hung(robot, &Payload { mass: HEAVY, centre: tool.com_from_flange + by });
+    let with = |by: Vector3<f64>| {
+        with_payload(robot, &Payload { mass: HEAVY, centre: tool.com_from_flange + by })
+    };
     let heavier = with(Vector3::zeros()).ok()?;
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
     let moved = axes.map(|axis| with(axis * ARM));

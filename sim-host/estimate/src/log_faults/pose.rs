@@ -6,8 +6,8 @@
 
 use super::line;
 use super::reading::{
-    AT_REST, Best, EncoderReading, ExplainedReading, Tracker, WHOLE_SLOPE_TOLERANCE, misfit, near,
-    pose_pairs, with,
+    AT_REST, Best, EncoderReading, ExplainedReading, Tracker, WHOLE_SLOPE_TOLERANCE, is_near,
+    misfit, pose_pairs, with,
 };
 use super::rows::LogRow;
 use super::{ColumnChange, MisfitEvidence, Mistake, MistakeKind};
@@ -28,7 +28,7 @@ const EXPLAINED_MISFIT_SHARE_MAX: f64 = 0.3;
 const EXPLAINED_MISFIT_MIN: f64 = 0.05;
 
 /// What a log saw of the tool.
-pub(super) fn seen(log: &Log, robot: &Robot<f64>) -> Vec<PosePair> {
+pub(super) fn plain_pose_pairs(log: &Log, robot: &Robot<f64>) -> Vec<PosePair> {
     pose_pairs(&LogRow::of(log).iter().collect::<Vec<_>>(), robot, EncoderReading::Plain)
 }
 
@@ -201,9 +201,9 @@ fn of_encoders(
 
 /// The line in degrees where the factor is that of degrees.
 fn in_degrees(change: ColumnChange, factor: f64) -> ColumnChange {
-    if near(factor, PI / 180.0) {
+    if is_near(factor, PI / 180.0) {
         ColumnChange { unit: "deg", factor: 1.0, ..change }
-    } else if near(factor, 180.0 / PI) {
+    } else if is_near(factor, 180.0 / PI) {
         ColumnChange { factor: 180.0 / PI, ..change }
     } else {
         change

@@ -143,6 +143,6 @@ pub(super) fn plain_angle(angle: f64) -> f64 {
 }
 
 /// True for a value that is a whole one, but for what noise makes.
-pub(super) fn near(value: f64, whole: f64) -> bool {
+pub(super) fn is_near(value: f64, whole: f64) -> bool {
     (value / whole - 1.0).abs() < WHOLE_SLOPE_TOLERANCE
 }

@@ -22,7 +22,11 @@ fn pairs(log: &Log, second: usize, encoder: usize) -> impl Iterator<Item = (f64,
 }
 
 /// Median of how far they are apart with the second encoder read on a line.
-fn apart(logs: &[&Log], [second, encoder]: [usize; 2], [slope, offset]: [f64; 2]) -> Option<f64> {
+fn median_difference(
+    logs: &[&Log],
+    [second, encoder]: [usize; 2],
+    [slope, offset]: [f64; 2],
+) -> Option<f64> {
     let rows = logs.iter().flat_map(|log| pairs(log, second, encoder));
     quantile(rows.map(|(link, q)| (slope * link + offset - q).abs()), 5)
 }
@@ -32,12 +36,13 @@ pub(super) fn find(logs: &[Log]) -> Vec<Mistake> {
     const PLAIN_READING: [f64; 2] = [1.0, 0.0];
     let wrong = |i: usize| -> Vec<&Log> {
         let off = |log: &&Log| {
-            apart(&[*log], [i, i], PLAIN_READING).is_some_and(|by| by > ENCODER_DIFFERENCE_MAX)
+            median_difference(&[*log], [i, i], PLAIN_READING)
+                .is_some_and(|by| by > ENCODER_DIFFERENCE_MAX)
         };
         logs.iter().filter(off).collect()
     };
     let wrong: [Vec<&Log>; JOINTS] = std::array::from_fn(wrong);
-    let before = |i: usize| apart(&wrong[i], [i, i], PLAIN_READING).unwrap_or(0.0);
+    let before = |i: usize| median_difference(&wrong[i], [i, i], PLAIN_READING).unwrap_or(0.0);
     let channel = LogChannel::LinkEncoder;
     let named = |kind, columns: Vec<usize>, after: f64, changes| {
         let first = columns[0];
@@ -49,7 +54,8 @@ pub(super) fn find(logs: &[Log]) -> Vec<Mistake> {
     let mut explained = [false; JOINTS];
     for a in 0..JOINTS {
         for b in a + 1..JOINTS {
-            let crossed = [[a, b], [b, a]].map(|of| apart(&wrong[of[0]], of, PLAIN_READING));
+            let crossed =
+                [[a, b], [b, a]].map(|of| median_difference(&wrong[of[0]], of, PLAIN_READING));
             if let [Some(first), Some(second)] = crossed
                 && first.max(second) < ENCODER_REMAINDER_MAX
                 && !explained[a]
@@ -86,7 +92,8 @@ fn on_a_line(logs: &[&Log], i: usize) -> Option<(MistakeKind, f64, ColumnChange)
         (MistakeKind::Sign, [-1.0, minus], ColumnChange { offset: minus, ..line("rad", -1.0) }),
     ];
     lines.into_iter().find_map(|(kind, reading, change)| {
-        let left = apart(logs, [i, i], reading).filter(|left| *left < ENCODER_REMAINDER_MAX)?;
+        let left = median_difference(logs, [i, i], reading)
+            .filter(|left| *left < ENCODER_REMAINDER_MAX)?;
         Some((kind, left, change))
     })
 }

@@ -39,7 +39,7 @@ impl Term for TrackedPoint {
 }
 
 /// What the tracker makes of a tool pose.
-pub(super) fn seen(ports: &Ports, pose: &Pose<f64>, time: f64) -> Pose<f64> {
+pub(super) fn tracker_reading(ports: &Ports, pose: &Pose<f64>, time: f64) -> Pose<f64> {
     if !ports.senses(Channel::Tracker) {
         return *pose;
     }
@@ -59,7 +59,7 @@ pub(super) fn pose_behind(ports: &Ports, measured: &Pose<f64>, time: f64) -> Pos
     }
     let mut truth = *measured;
     for _ in 0..4 {
-        let read = seen(ports, &truth, time);
+        let read = tracker_reading(ports, &truth, time);
         truth.position += measured.position - read.position;
         truth.rotation *= read.rotation.tr_mul(&measured.rotation);
     }

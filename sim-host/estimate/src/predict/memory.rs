@@ -72,7 +72,7 @@ impl StartFit {
     }
 
     /// The states that stand out: what is not nothing.
-    pub fn told(&self) -> Vec<StartState> {
+    pub fn significant_states(&self) -> Vec<StartState> {
         let of = |(gear, (state, deviation)): (&JointMemory, (&f64, &f64))| {
             let is_significant =
                 state.abs() > (STATE_TOLD_DEVIATIONS * deviation).max(STATE_TOLD_SHARE);

@@ -28,7 +28,7 @@ pub(crate) use columns::period;
 pub use compared::{Compared, ComparedQuantity};
 pub(crate) use contact::Folded;
 pub use memory::{StartFit, StartState};
-pub(crate) use standing::hung;
+pub(crate) use standing::with_payload;
 
 use clock::{Late, OpenClock};
 use instruments::TrackedPoint;

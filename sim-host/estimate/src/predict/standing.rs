@@ -6,7 +6,7 @@ use super::columns::{
     vector, wrench_columns,
 };
 use super::compared::{list, none_where_missing};
-use super::instruments::{seen, wrench_behind};
+use super::instruments::{tracker_reading, wrench_behind};
 use super::play::{BacklashObserver, Observed, SEEN_OVER, lever, turn};
 use super::{BaselineModel, Compared, ComparedQuantity, LinkMotion, PredictError, known};
 use nalgebra::{Matrix3, Vector3, Vector6};
@@ -310,8 +310,11 @@ impl StaticPrediction {
             .as_ref()
             .and_then(|s| Some((s, BacklashObserver::new(robot, self.margin, f64::INFINITY)?)));
         let mut motion = LinkMotion::new(n, in_backlash.is_some());
-        let loaded =
-            self.payloads.iter().map(|p| hung(&robot.model, p)).collect::<Result<Vec<_>, _>>()?;
+        let loaded = self
+            .payloads
+            .iter()
+            .map(|p| with_payload(&robot.model, p))
+            .collect::<Result<Vec<_>, _>>()?;
         let mut on_flange = 0;
         for k in 0..n {
             if self.payload[k] != on_flange {
@@ -321,7 +324,7 @@ impl StaticPrediction {
             let wrench = wrench_behind(&robot.ports, &self.wrench_at(robot, k), self.time[k]);
             let mut stand = links.follow(robot, &self.motors[k], &wrench, self.time[k]);
             if let Some((position, in_backlash)) = &mut in_backlash {
-                let tool = seen(&robot.ports, &stand.frames.tcp, self.time[k]);
+                let tool = tracker_reading(&robot.ports, &stand.frames.tcp, self.time[k]);
                 let seen_turned = self.seen_turned.as_ref().map(|turned| &turned[k]);
                 let left = Observed {
                     tool: position[k] - tool.position,
@@ -379,7 +382,7 @@ impl StaticPrediction {
             .rows
             .iter()
             .zip(&tool)
-            .map(|(row, pose)| seen(&robot.ports, pose, self.time[*row]))
+            .map(|(row, pose)| tracker_reading(&robot.ports, pose, self.time[*row]))
             .collect();
         if let Some(position) = &self.position {
             position
@@ -537,7 +540,10 @@ fn load_uncertainty(
 
 /// The robot with an extra mass on its flange, whose centre is given from the flange in axes of the
 /// last link.
-pub(crate) fn hung(robot: &Robot<f64>, payload: &Payload) -> Result<Robot<f64>, EffectError> {
+pub(crate) fn with_payload(
+    robot: &Robot<f64>,
+    payload: &Payload,
+) -> Result<Robot<f64>, EffectError> {
     if payload.mass == 0.0 {
         return Ok(robot.clone());
     }

@@ -339,7 +339,7 @@ pub fn notices(
         .collect();
     let noise = (!estimated.is_empty()).then_some(Notice::NoiseEstimated(estimated));
     let at_start = logs.iter().zip(predictions).filter_map(|(log, prediction)| {
-        let start = prediction.motion.as_ref()?.start.as_ref()?.told();
+        let start = prediction.motion.as_ref()?.start.as_ref()?.significant_states();
         let gears = start.iter().map(|g| (log.robot.joint_names[g.joint].clone(), g.state));
         let gears: Vec<(String, f64)> = gears.collect();
         (!gears.is_empty()).then(|| Notice::GearsAtStart { log: log.name.clone(), gears })

@@ -14,63 +14,43 @@ use crate::weld::DriveLoad;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trueweld_core::JOINTS;
-use trueweld_plant::serialize_as_text;
+use trueweld_plant::{named, serialize_as_text};
 
-/// Which runs a requirement is judged by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum EvidenceKind {
-    /// The cell as it is believed to be.
-    Nominal,
-    /// Cells drawn from the uncertainties.
-    Draws,
-    /// Cells that are followed from the worst draws to where a weld fails.
-    Rare,
-    /// The worst cell that was found within the uncertainties.
-    WorstCase,
-    /// Margins of the loop along the weld.
-    Margins,
-    /// Instruments that fail.
-    Faults,
-}
-
-impl EvidenceKind {
-    /// Its name in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Nominal => "nominal",
-            Self::Draws => "draws",
-            Self::Rare => "rare",
-            Self::WorstCase => "worst-case",
-            Self::Margins => "margins",
-            Self::Faults => "faults",
-        }
+named! {
+    /// Which runs a requirement is judged by.
+    pub enum EvidenceKind {
+        /// The cell as it is believed to be.
+        Nominal = "nominal",
+        /// Cells drawn from the uncertainties.
+        Draws = "draws",
+        /// Cells that are followed from the worst draws to where a weld fails.
+        Rare = "rare",
+        /// The worst cell that was found within the uncertainties.
+        WorstCase = "worst-case",
+        /// Margins of the loop along the weld.
+        Margins = "margins",
+        /// Instruments that fail.
+        Faults = "faults",
     }
 }
 
 serialize_as_text!(EvidenceKind::name, Verdict::name);
 
-/// What the runs say of a requirement, the better first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verdict {
-    /// It is met, with the confidence asked for.
-    Pass,
-    /// Neither that it is met nor that it is not: there are too few runs.
-    NotShown,
-    /// It is not met, with the confidence asked for.
-    Fail,
+named! {
+    /// What the runs say of a requirement, the better first.
+    #[derive(PartialOrd, Ord, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Verdict {
+        /// It is met, with the confidence asked for.
+        Pass = "pass",
+        /// Neither that it is met nor that it is not: there are too few runs.
+        NotShown = "not-shown",
+        /// It is not met, with the confidence asked for.
+        Fail = "fail",
+    }
 }
 
 impl Verdict {
-    /// Its name in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Pass => "pass",
-            Self::NotShown => "not-shown",
-            Self::Fail => "fail",
-        }
-    }
-
     /// Of several requirements together: the worst. Nothing is shown where nothing is required.
     pub fn of<'a>(requirements: impl IntoIterator<Item = &'a Requirement>) -> Self {
         requirements.into_iter().map(|r| r.verdict).max().unwrap_or(Self::NotShown)

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
-use trueweld_plant::serialize_as_text;
+use trueweld_plant::{named, serialize_as_text};
 
 /// Probability of naming any number where none matters.
 const CHANCE: f64 = 0.05;
@@ -56,28 +56,17 @@ pub struct Influence {
 
 serialize_as_text!(Trend::name);
 
-/// How a figure follows a number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Trend {
-    /// It grows with it.
-    Grows,
-    /// It falls with it.
-    Falls,
-    /// It is larger at both ends than between them.
-    AtEnds,
-    /// It is larger in the middle.
-    InMiddle,
-}
-
-impl Trend {
-    /// Its name in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Grows => "grows",
-            Self::Falls => "falls",
-            Self::AtEnds => "at-ends",
-            Self::InMiddle => "in-middle",
-        }
+named! {
+    /// How a figure follows a number.
+    pub enum Trend {
+        /// It grows with it.
+        Grows = "grows",
+        /// It falls with it.
+        Falls = "falls",
+        /// It is larger at both ends than between them.
+        AtEnds = "at-ends",
+        /// It is larger in the middle.
+        InMiddle = "in-middle",
     }
 }
 

@@ -10,7 +10,7 @@
 use std::f64::consts::TAU;
 use trueweld_core::JointVector;
 use trueweld_plant::cell::{Cell, State};
-use trueweld_plant::serialize_as_text;
+use trueweld_plant::{named, serialize_as_text};
 
 /// Points of a turn at which friction is taken.
 const FRICTION_PHASES: usize = 256;
@@ -18,33 +18,22 @@ const FRICTION_PHASES: usize = 256;
 /// Amplitudes at which a sector is looked at, rad/s, evenly in their logarithm.
 const SECTOR_AMPLITUDES: (f64, f64, usize) = (1e-5, 1.0, 26);
 
-/// What friction is taken for in a linear loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FrictionSlope {
-    /// A large vibration: viscous friction alone.
-    Viscous,
-    /// A small vibration: the slope at each drive's own rate.
-    AtSpeed,
-    /// The largest slope that a vibration of any size sees about each drive's own rate; of a drive
-    /// at rest all of its Coulomb friction over the smoothing.
-    Full,
+named! {
+    /// What friction is taken for in a linear loop.
+    pub enum FrictionSlope {
+        /// A large vibration: viscous friction alone.
+        Viscous = "viscous",
+        /// A small vibration: the slope at each drive's own rate.
+        AtSpeed = "at-speed",
+        /// The largest slope that a vibration of any size sees about each drive's own rate; of a drive
+        /// at rest all of its Coulomb friction over the smoothing.
+        Full = "full",
+    }
 }
 
 serialize_as_text!(FrictionSlope::name);
 
 impl FrictionSlope {
-    /// All of them, from the least friction to the most.
-    pub const ALL: [Self; 3] = [Self::Viscous, Self::AtSpeed, Self::Full];
-
-    /// Its name in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Viscous => "viscous",
-            Self::AtSpeed => "at-speed",
-            Self::Full => "full",
-        }
-    }
-
     /// Slopes of the drives' friction at a state of the cell, N·m·s/rad.
     pub fn of(self, cell: &Cell, point: &State) -> JointVector<f64> {
         match self {

@@ -16,35 +16,24 @@ use serde::Serialize;
 use trueweld_core::Twist;
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::Weld;
-use trueweld_plant::serialize_as_text;
 use trueweld_plant::simulate::{LimitKind, RunError, Scenario, Seam, run_passes};
+use trueweld_plant::{named, serialize_as_text};
 
-/// What is driven.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Driven {
-    /// The push, N.
-    Force,
-    /// The speed along the seam, m/s.
-    Feed,
-    /// By how much the seam lies beside where it was taught, along y of W to either side, m.
-    Offset,
+named! {
+    /// What is driven.
+    pub enum Driven {
+        /// The push, N.
+        Force = "force_n",
+        /// The speed along the seam, m/s.
+        Feed = "feed_m_s",
+        /// By how much the seam lies beside where it was taught, along y of W to either side, m.
+        Offset = "offset_m",
+    }
 }
 
 serialize_as_text!(Driven::name);
 
 impl Driven {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Force, Self::Feed, Self::Offset];
-
-    /// Its name in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Force => "force_n",
-            Self::Feed => "feed_m_s",
-            Self::Offset => "offset_m",
-        }
-    }
-
     /// How many runs a search takes at most.
     pub fn runs(self) -> usize {
         self.ends([0.0; 2]).len() * (RANGE_SCAN_VALUES + EDGE_HALVINGS)

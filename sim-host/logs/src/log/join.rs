@@ -106,7 +106,7 @@ impl Join<'_> {
                 return Err(self.no_offset(&entry.name));
             }
             if let Some(fitted) = &fitted {
-                notices.push(told(&entry.name, fitted));
+                notices.push(fitted_clock(&entry.name, fitted));
             }
             clocks.push(LogClock {
                 name: entry.name.clone(),
@@ -364,7 +364,7 @@ fn clock_of(track: &FileTrack, clocks: &[LogClock]) -> ClockMap {
 }
 
 /// What is told of a clock that was fitted.
-fn told(name: &str, fitted: &FittedClock) -> LogNotice {
+fn fitted_clock(name: &str, fitted: &FittedClock) -> LogNotice {
     LogNotice::ClockFitted {
         clock: name.to_owned(),
         offset: fitted.map.offset,

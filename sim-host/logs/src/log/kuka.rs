@@ -201,7 +201,7 @@ impl ChannelEntries<'_> {
         let Some(file) = self.text("211").filter(|file| !file.is_empty()) else {
             return Err(self.wrong("211", "the name of the file with the numbers"));
         };
-        let path = beside(folder, file);
+        let path = data_file(folder, file);
         let known = paths.iter().position(|p| *p == path);
         let file = known.unwrap_or_else(|| {
             paths.push(path);
@@ -231,7 +231,7 @@ impl ChannelEntries<'_> {
 }
 
 /// The file that a header names: in the header's folder, whatever folder it was written in.
-fn beside(folder: &Path, file: &str) -> PathBuf {
+fn data_file(folder: &Path, file: &str) -> PathBuf {
     let last = file.rsplit(['/', '\\']).next().unwrap_or(file);
     folder.join(last)
 }

@@ -89,7 +89,7 @@ impl Map {
     fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error + '_>> {
         let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
         let (field, scale) = root.split_horizontally(SIZE.0 - SCALE_WIDTH);
-        let [wide, high] = [apart(&self.xs), apart(&self.ys)];
+        let [wide, high] = [spacing(&self.xs), spacing(&self.ys)];
         let ends = |at: &[f64], half: f64| match at {
             [first, .., last] => [first - half, last + half],
             [one] => [one - half, one + half],
@@ -187,7 +187,7 @@ pub(crate) fn within_limit(share: f64) -> Rgb {
 }
 
 /// Distance between neighbours; a tenth where there is one alone.
-fn apart(at: &[f64]) -> f64 {
+fn spacing(at: &[f64]) -> f64 {
     match at {
         [first, second, ..] => second - first,
         _ => 0.1,

@@ -8,7 +8,7 @@ use super::mountings::LinkMountings;
 use super::register::RegisteredTracker;
 use super::{finite, result};
 use crate::text::compare::notice;
-use crate::text::diagnose::undone;
+use crate::text::diagnose::incomplete;
 use crate::text::experiment;
 use crate::{DiagnoseReport, text};
 use trueweld_diagnose::experiment::{Plan, PlanRow};
@@ -68,7 +68,7 @@ result! {
         confusable: Vec<ConfusablePair> =
             pairs.map(|pair| ConfusablePair::of(pair, robot)).collect(),
         /// What there was no time for, and fits that did not arrive, in words.
-        undone: Vec<String> = undone(&diagnosis.incomplete, robot),
+        undone: Vec<String> = incomplete(&diagnosis.incomplete, robot),
         /// What a reader should know although nothing is wrong.
         #[serde(default)]
         notices: Vec<String> = report.notices.iter().map(notice).collect(),

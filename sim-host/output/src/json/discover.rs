@@ -33,7 +33,7 @@ result! {
         /// Effects of the library that are like it, and whose form does not hold.
         like: Vec<FittedEffectValues> = FittedEffectValues::all(like, robot, &[]),
         /// The same in words.
-        explanation: String = text::discover::told(discovery, robot),
+        explanation: String = text::discover::paragraph(discovery, robot),
     }
 }
 

@@ -8,7 +8,7 @@ use super::register::RegisteredTracker;
 use super::{finite, result};
 use crate::ImproveReport;
 use crate::text::compare::notice;
-use crate::text::diagnose::undone;
+use crate::text::diagnose::incomplete;
 use crate::text::improve::not_kept;
 use trueweld_diagnose::improve::{ImprovementStep, Rejected};
 use trueweld_logs::HALF_95;
@@ -49,7 +49,7 @@ result! {
         /// What the residual follows that is left.
         unexplained: Vec<ResidualFinding> = ResidualFinding::remaining(&improvement.unexplained),
         /// What there was no time for, and fits that did not arrive, in words.
-        undone: Vec<String> = undone(&improvement.incomplete, robot),
+        undone: Vec<String> = incomplete(&improvement.incomplete, robot),
         /// What the logs leave open of every number that they measure; their covariance stands in the
         /// improved model file.
         #[serde(default)]

@@ -2,7 +2,7 @@
 
 use super::{finite, result};
 use crate::TuneReport;
-use crate::text::tune::{limits, told};
+use crate::text::tune::{criterion, limits};
 use trueweld_evaluate::ArmAt;
 use trueweld_evaluate::tune::{Rating, TunedController, TunedLaw, WeldOutcome};
 use trueweld_plant::provenance::Provenance;
@@ -73,7 +73,7 @@ result! {
     /// Something that is asked, and what was reached.
     RatingResult of (rating: &Rating) {
         /// What, where, with the numbers.
-        what: String = told(rating),
+        what: String = criterion(rating),
         /// What was reached, SI units.
         value: Option<f64> = finite(rating.value),
         /// What is asked: of margins the least, of others the most.

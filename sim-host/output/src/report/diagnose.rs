@@ -12,7 +12,7 @@ use crate::json::diagnose::DiagnoseResult;
 use crate::samples::{self, BlockTable};
 use crate::text::curve::{title, x_name, y_name};
 use crate::text::diagnose::{
-    Limits, confusable, in_a_line, limits, none_of_these, ranked, remains, undone, values,
+    Limits, confusable, in_a_line, incomplete, limits, none_of_these, ranked, remains, values,
 };
 use crate::text::finding::map_title;
 use crate::text::{self, Scale, counted, probability, score, share};
@@ -91,7 +91,7 @@ impl Report for DiagnoseReport<'_> {
             let table = Block::Table(map(over_two, finding));
             document.section(Medium::Page, &map_title(finding, over_two), table);
         }
-        let left_out = undone(&diagnosis.incomplete, &self.model.robot);
+        let left_out = incomplete(&diagnosis.incomplete, &self.model.robot);
         document.list(text::diagnose::INCOMPLETE_HEADING, left_out);
         let medium = if missing { Medium::Page } else { Medium::All };
         document.section(

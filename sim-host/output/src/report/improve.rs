@@ -8,7 +8,7 @@ use crate::ImproveReport;
 use crate::document::{Block, Column, Document, Medium, Table, number, words};
 use crate::json::improve::{ImproveResult, PosteriorNumber};
 use crate::samples::{self, BlockTable};
-use crate::text::diagnose::{CURVES, INCOMPLETE_HEADING, remains, undone};
+use crate::text::diagnose::{CURVES, INCOMPLETE_HEADING, incomplete, remains};
 use crate::text::{condensed, digits, score};
 use trueweld_diagnose::DiagnosisVerdict;
 
@@ -63,7 +63,7 @@ impl Report for ImproveReport<'_> {
         );
         document.push_on(Medium::Page, Block::Note(self.not_measured()));
         document.table("Tried and not kept", self.rejections());
-        let left_out = undone(&improvement.incomplete, &self.model.robot);
+        let left_out = incomplete(&improvement.incomplete, &self.model.robot);
         document.list(INCOMPLETE_HEADING, left_out);
         if improvement.verdict == DiagnosisVerdict::UnknownEffect {
             document

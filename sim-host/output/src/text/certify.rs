@@ -1,6 +1,6 @@
 //! What is said of a certification.
 
-use super::requirement::{label, reason, shown, under};
+use super::requirement::{label, place_of, reason, shown};
 use super::{Scale, condensed, counted, digits, fixed, listed, score, share};
 use crate::CertifyReport;
 use trueweld_estimate::residuals::compare::NOISE_FLOOR_SCORE;
@@ -382,7 +382,7 @@ pub(crate) fn weak_point(of: &WeakPoint) -> String {
         "{}: {least}, of {}, {}; customary is {customary} at least.",
         label(of.name),
         of.channel,
-        under(&of.of)
+        place_of(&of.of)
     )
 }
 

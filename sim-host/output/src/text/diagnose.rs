@@ -436,7 +436,7 @@ pub(crate) const CURVES: &str = "The curve that shows it: points are what the me
 pub(crate) const INCOMPLETE_HEADING: &str = "Left undone";
 
 /// What there was no time for, and fits that did not converge, a sentence each.
-pub(crate) fn undone(all: &[Incomplete], robot: &RobotFile) -> Vec<String> {
+pub(crate) fn incomplete(all: &[Incomplete], robot: &RobotFile) -> Vec<String> {
     all.iter().map(|incomplete| left_undone(incomplete, robot)).collect()
 }
 

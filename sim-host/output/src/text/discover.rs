@@ -175,7 +175,7 @@ pub(crate) fn details(discovery: &Discovery, robot: &RobotFile) -> Vec<String> {
 }
 
 /// All of it in a paragraph.
-pub(crate) fn told(discovery: &Discovery, robot: &RobotFile) -> String {
+pub(crate) fn paragraph(discovery: &Discovery, robot: &RobotFile) -> String {
     let found = [headline(std::slice::from_ref(discovery), robot), explanation(discovery)];
     found.into_iter().chain(details(discovery, robot)).collect::<Vec<_>>().join(" ")
 }

@@ -105,7 +105,7 @@ pub(crate) fn reason(of: &Requirement) -> Option<String> {
             let [reached, limit] = [of.achieved, of.limit].map(|v| shown(of.name, v));
             format!(
                 "{}, the {} of {channel} is {reached} (limit {limit})",
-                under(condition),
+                place_of(condition),
                 without_drives(label(of.name))
             )
         }
@@ -120,7 +120,7 @@ pub(crate) fn reason(of: &Requirement) -> Option<String> {
                 }
                 _ => "the loop is not stable: it runs away".to_owned(),
             };
-            format!("{}, {why}", under(condition))
+            format!("{}, {why}", place_of(condition))
         }
         Reason::Fault { trial, recovery, beyond } => {
             let mut why = of_fault(of, trial, *recovery);
@@ -159,7 +159,7 @@ fn of_fault(of: &Requirement, trial: &FaultTrial, recovery: f64) -> String {
 }
 
 /// Where in the weld a loop was looked at, with which friction and in which cell.
-pub(crate) fn under(condition: &Condition) -> String {
+pub(crate) fn place_of(condition: &Condition) -> String {
     let Condition { at, friction, draw } = condition;
     let mut place = format!("{:.2} m along the weld", at.path);
     if at.ramp {

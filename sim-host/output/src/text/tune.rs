@@ -44,7 +44,7 @@ pub(crate) fn limits(report: &TuneReport<'_>) -> Vec<String> {
         let state =
             if tuned.is_confirmed() { String::new() } else { format!("not confirmed: {not}. ") };
         let closest = [&tuned.margins, &tuned.response].into_iter().filter_map(worst);
-        let closest: Vec<String> = closest.map(told).collect();
+        let closest: Vec<String> = closest.map(criterion).collect();
         format!(
             "{}: {state}Closest to its limit: {}.",
             tuned.controller.name(),
@@ -55,7 +55,7 @@ pub(crate) fn limits(report: &TuneReport<'_>) -> Vec<String> {
         let not = unconfirmed(&tuned.margins, &tuned.weld);
         let state =
             if tuned.is_confirmed() { String::new() } else { format!("not confirmed: {not}. ") };
-        let closest = worst(&tuned.margins).map_or(String::new(), told);
+        let closest = worst(&tuned.margins).map_or(String::new(), criterion);
         format!("{}: {state}Closest to its limit: {closest}.", tuned.law.name())
     });
     controllers.chain(laws).chain(arm(tuning)).collect()
@@ -64,7 +64,7 @@ pub(crate) fn limits(report: &TuneReport<'_>) -> Vec<String> {
 /// What is missed.
 fn unconfirmed<'a>(ratings: impl IntoIterator<Item = &'a Rating>, weld: &WeldOutcome) -> String {
     let mut missed: Vec<String> =
-        ratings.into_iter().filter(|rating| !rating.is_met()).map(told).collect();
+        ratings.into_iter().filter(|rating| !rating.is_met()).map(criterion).collect();
     match weld {
         Err(why) => missed.push(format!("the weld is not made ({why})")),
         Ok(weld) => {
@@ -83,7 +83,7 @@ fn unconfirmed<'a>(ratings: impl IntoIterator<Item = &'a Rating>, weld: &WeldOut
 }
 
 /// A criterion with what was reached of what is asked.
-pub(crate) fn told(rating: &Rating) -> String {
+pub(crate) fn criterion(rating: &Rating) -> String {
     let ms = |s: f64| if s.is_finite() { format!("{:.0} ms", 1e3 * s) } else { "never".to_owned() };
     let [value, asked] = [rating.value, rating.asked];
     match rating.criterion {
@@ -113,11 +113,11 @@ fn arm(tuning: &Tuning) -> Vec<String> {
         });
         all.reduce(|a, b| if b.0 > a.0 { b } else { a }).unwrap_or((0.0, 0, 0.0))
     };
-    let told = |(used, joint, path): (f64, usize, f64), what: &str| {
+    let limit = |(used, joint, path): (f64, usize, f64), what: &str| {
         let beyond = if used > 1.0 { ": more than there is" } else { "" };
         format!("arm: A{} needs {} of its {what} at {path:.2} m{beyond}", joint + 1, share(used))
     };
-    vec![told(most(|at| &at.torque), "torque"), told(most(|at| &at.speed), "speed")]
+    vec![limit(most(|at| &at.torque), "torque"), limit(most(|at| &at.speed), "speed")]
 }
 
 /// Where the gains come from, for the head of the file.

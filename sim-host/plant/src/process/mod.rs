@@ -64,12 +64,12 @@ pub fn reaction(
     channel: f64,
     spindle_angle: f64,
 ) -> Reaction {
-    behind(process, ports, time, (position, velocity), (channel, None), spindle_angle)
+    reaction_with_trail(process, ports, time, (position, velocity), (channel, None), spindle_angle)
 }
 
 /// The same, of a tool whose path position a while before, m, may be known beside the channel.
 #[inline]
-pub(crate) fn behind(
+pub(crate) fn reaction_with_trail(
     process: &Process,
     ports: &Ports,
     time: f64,

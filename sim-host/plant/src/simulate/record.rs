@@ -1,6 +1,6 @@
 //! What a simulated run leaves behind: one row a control period, and what the run was.
 
-use crate::serialize_as_text;
+use crate::{named, serialize_as_text};
 use nalgebra::{Matrix3, Vector3};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -8,34 +8,22 @@ use trueweld_core::control::Limited;
 use trueweld_core::monitor::HealthSignals;
 use trueweld_core::{Fault, JointVector, Pose, Twist};
 
-/// Where the run was in its program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Phase {
-    /// Pure position control, tool in the material, waiting for rest.
-    Settle,
-    /// Force loop closed, push rising to its working value.
-    ForceRamp,
-    /// Feed rising to its working value.
-    FeedRamp,
-    /// Full feed and full force: the steady part, which the figures are taken over.
-    Steady,
-    /// Feed falling to zero at the end of the seam.
-    Stop,
-    /// Standing with the force held: at the end of the seam, and after a step of the force.
-    Hold,
-}
-
-impl Phase {
-    /// In words.
-    pub fn name(self) -> &'static str {
-        match self {
-            Phase::Settle => "settle under position control",
-            Phase::ForceRamp => "force loop closed, force rising",
-            Phase::FeedRamp => "feed rising",
-            Phase::Steady => "steady",
-            Phase::Stop => "feed falling",
-            Phase::Hold => "standing, force held",
-        }
+named! {
+    /// Where the run was in its program.
+    #[derive(PartialOrd, Ord)]
+    pub enum Phase {
+        /// Pure position control, tool in the material, waiting for rest.
+        Settle = "settle under position control",
+        /// Force loop closed, push rising to its working value.
+        ForceRamp = "force loop closed, force rising",
+        /// Feed rising to its working value.
+        FeedRamp = "feed rising",
+        /// Full feed and full force: the steady part, which the figures are taken over.
+        Steady = "steady",
+        /// Feed falling to zero at the end of the seam.
+        Stop = "feed falling",
+        /// Standing with the force held: at the end of the seam, and after a step of the force.
+        Hold = "standing, force held",
     }
 }
 

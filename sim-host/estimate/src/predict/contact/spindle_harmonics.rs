@@ -131,7 +131,7 @@ struct Shaken {
 /// Orders of a spindle that turns so many times from one sample to the next whose lines lie at
 /// least `apart`, as a share of the sampling rate, from every lower one's, from what is slow and
 /// from their own mirror image.
-fn alone(turning: f64, apart: f64) -> Vec<usize> {
+fn separate_orders(turning: f64, apart: f64) -> Vec<usize> {
     let folded = |orders: usize| {
         let turns = orders as f64 * turning;
         (turns - turns.round()).abs()
@@ -154,7 +154,8 @@ impl SpindleHarmonics {
         let wave = |n: usize, f: fn(f64) -> f64| {
             weld.angle.iter().map(|a| 2.0 * f(n as f64 * a)).collect::<Vec<f64>>()
         };
-        let orders = alone(turning * weld.period, LINE_SEPARATION_MIN * band * weld.period);
+        let orders =
+            separate_orders(turning * weld.period, LINE_SEPARATION_MIN * band * weld.period);
         // Straight lines between every nth of rows that are T apart lose (π f T)² (n² − 1)/3 of a slow
         // wave of frequency f.
         let lost = |order: usize| {
@@ -357,7 +358,8 @@ impl SpindleHarmonics {
         let white = 2.0 * weld.low.gain(0);
         let measured = weld.quick_vectors(&weld.force);
         for &order in &self.read {
-            let beside = measured.each_ref().map(|series| self.beside(weld, order, series));
+            let beside =
+                measured.each_ref().map(|series| self.mean_square_beside(weld, order, series));
             for (k, &row) in weld.rows.iter().enumerate() {
                 let driven = self.driven_noise(weld, model, encoder, order, k);
                 let arm = self.loops[k][order - 1].arm;
@@ -385,7 +387,7 @@ impl SpindleHarmonics {
 
     /// Mean square of what a series holds to either side of an order's line: the arm shakes a
     /// little of itself, and most where it likes to.
-    fn beside(&self, weld: &RecordedWeld, order: usize, series: &[f64]) -> f64 {
+    fn mean_square_beside(&self, weld: &RecordedWeld, order: usize, series: &[f64]) -> f64 {
         let mut squares = Vec::new();
         for order in [order as f64 - self.aside, order as f64 + self.aside] {
             let wave = |f: fn(f64) -> f64| {

@@ -6,7 +6,7 @@ mod start;
 mod swing;
 
 use super::columns::period;
-use super::instruments::{seen, sensed, unread};
+use super::instruments::{sensed, tracker_reading, unread};
 use super::play::{BacklashObserver, Observed};
 use super::{BaselineModel, Compared, LinkMotion, PredictError, known};
 use nalgebra::{DMatrix, Matrix3, SVector, Vector3};
@@ -338,7 +338,7 @@ impl DynamicPrediction {
         }
         if let Some(in_backlash) = &mut links.in_backlash {
             let link = links.swinging.drives().link;
-            let seen = self.seen(robot, &link, row);
+            let seen = self.observed(robot, &link, row);
             let moved = in_backlash.moved(robot, &self.drive[last].angle, &link, &seen);
             for links in [&mut links.swinging].into_iter().chain(&mut links.even) {
                 links.displace(&moved.by, &moved.rate);
@@ -430,11 +430,16 @@ impl DynamicPrediction {
     }
 
     /// Where tool and links were seen at a row, less where links at `link` put them.
-    fn seen(&self, robot: &ElasticRobot, link: &JointVector<f64>, row: usize) -> Observed {
+    fn observed(&self, robot: &ElasticRobot, link: &JointVector<f64>, row: usize) -> Observed {
         let time = self.time[row] - self.time[0];
         let tool = self.position.as_ref().map_or(Vector3::repeat(f64::NAN), |position| {
             position[row]
-                - seen(&robot.ports, &robot.frames(link, &Wrench::zero(), time).tcp, time).position
+                - tracker_reading(
+                    &robot.ports,
+                    &robot.frames(link, &Wrench::zero(), time).tcp,
+                    time,
+                )
+                .position
         });
         let link = std::array::from_fn(|i| self.link_left(robot, i, link[i], row));
         // Turned it hardly goes in a gap while motors move; to follow that would be to follow noise.

@@ -2,7 +2,7 @@
 
 use super::super::LinkMotion;
 use super::super::columns::filled;
-use super::super::instruments::{seen, sensed, unread};
+use super::super::instruments::{sensed, tracker_reading, unread};
 use super::DynamicPrediction;
 use nalgebra::Vector3;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
@@ -62,7 +62,7 @@ impl DynamicPrediction {
             [] => robot.model.frames(&link_at(motion, row, lag)).tcp,
             tools => between(tools, row as f64 - lag),
         };
-        seen(&robot.ports, &tool, self.time[row] - self.time[0])
+        tracker_reading(&robot.ports, &tool, self.time[row] - self.time[0])
     }
 
     /// Adds what is left of vectors to the residual, in the band they are compared in.

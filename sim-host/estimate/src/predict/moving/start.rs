@@ -113,7 +113,7 @@ impl DynamicPrediction {
                 self.advance(robot, &mut links, at).ok()?;
                 at += 1;
             }
-            left.extend(self.seen(robot, &links.swinging.drives().link, row).tool.iter());
+            left.extend(self.observed(robot, &links.swinging.drives().link, row).tool.iter());
         }
         Some(DVector::from_vec(left))
     }

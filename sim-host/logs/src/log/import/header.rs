@@ -183,7 +183,7 @@ fn claim(
             column_of(&named, Some(place))?
         }
         // A name of a set whose others are not there.
-        (_, None) if !reading.sets.is_empty() && !alone(reading) => (None, false),
+        (_, None) if !reading.sets.is_empty() && !has_meaning_alone(reading) => (None, false),
         (_, None) => match first.zip(reading.number) {
             Some((first, number))
                 if reading.only(&[NamedQuantity::Encoder, NamedQuantity::Quaternion]) =>
@@ -209,7 +209,7 @@ fn claim(
 }
 
 /// True of a letter that means something without its set: a time, the w of a quaternion.
-fn alone(reading: &HeaderReading) -> bool {
+fn has_meaning_alone(reading: &HeaderReading) -> bool {
     let is_time = reading.has(NamedQuantity::Time) && reading.only(&[NamedQuantity::Time]);
     is_time || (reading.component == Some(3) && reading.has(NamedQuantity::Quaternion))
 }

@@ -6,6 +6,7 @@ use crate::{MILLI, StudyPaperReport};
 use schemars::JsonSchema;
 use serde::Serialize;
 use trueweld_evaluate::study::{EnvelopePoint, EnvelopeRun};
+use trueweld_plant::named;
 use trueweld_plant::simulate::{Phase, Recording};
 
 /// Largest lateral deviation of the first sequence as published, m.
@@ -37,23 +38,15 @@ pub(crate) struct Statement {
     pub agrees: Option<bool>,
 }
 
-/// Which weld was moved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
-    Vertical,
-    Inclined,
+named! {
+    /// Which weld was moved.
+    pub(crate) enum Kind {
+        Vertical = "vertical",
+        Inclined = "inclined",
+    }
 }
 
 impl Kind {
-    pub(crate) const ALL: [Self; 2] = [Self::Vertical, Self::Inclined];
-
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Vertical => "vertical",
-            Self::Inclined => "inclined",
-        }
-    }
-
     /// As pages show it.
     pub(crate) fn label(self) -> &'static str {
         match self {
