@@ -87,9 +87,9 @@ fn foreign(start: &[u8]) -> Option<(&'static str, &'static str)> {
 }
 
 /// A file's first bytes and what follows them; the format that they tell, if any.
-type Opened = (Vec<u8>, InputReader, Option<&'static LogFormat>);
+type OpenedStart = (Vec<u8>, InputReader, Option<&'static LogFormat>);
 
-fn open_start(entry: &FileEntry) -> Result<Opened, InputError> {
+fn open_start(entry: &FileEntry) -> Result<OpenedStart, InputError> {
     let mut input = open_file(&entry.path, ROW_FILE_BYTES_MAX)?;
     let mut start = Vec::new();
     if let Err(error) = (&mut input).take(START).read_to_end(&mut start) {

@@ -111,7 +111,7 @@ fn taken(of: &PlacedPart, allowed: &[Allowance]) -> String {
 pub(crate) fn headline(report: &StudyLayoutReport<'_>) -> String {
     let chosen = &report.chosen.placed;
     let place = moved(&chosen.placement, &report.task.part.placement());
-    let taken = |of: &PlacedPart| taken(of, &report.task.allowed);
+    let taken = |of: &PlacedPart| taken(of, report.task.allowed);
     let filed = report.filed.as_ref().ok();
     let instead =
         filed.map_or(String::new(), |filed| format!(" instead of {}", taken(&filed.placed)));
