@@ -123,7 +123,7 @@ fn files_of(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut logs: Vec<PathBuf> =
         inside.into_iter().filter(|path| path.join(LOG_FILE).is_file()).collect();
     // A campaign that does not list its logs is told of where it is checked itself.
-    if let Ok((_, of_campaign)) = Campaign::list(folder) {
+    if let Ok((_, _, of_campaign)) = Campaign::list(folder) {
         logs.extend(of_campaign.into_iter().map(|(_, path)| path));
     }
     for log in logs {

@@ -3,6 +3,7 @@
 use crate::calibration_selection::{self, select_calibrations};
 use crate::confuse::{self, Confusable};
 use crate::equivalent_calibrations;
+use crate::errors::{DiagnosisErrors, errors_from_others, errors_of};
 use crate::found::{
     FittedEffect, effects_of, found, found_beside, found_by_what_is_left, found_effects,
     has_unseen_wave,
@@ -53,6 +54,37 @@ impl DiagnosisVerdict {
             Self::Adequate => "adequate",
             Self::EffectFound => "effect-found",
             Self::UnknownEffect => "unknown-effect",
+        }
+    }
+}
+
+/// How much of what was above noise and accuracy is explained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExplainedPart {
+    /// All of it, or there was none.
+    All,
+    /// A part: what explains it is told, and what remains.
+    Part,
+    /// Nothing.
+    Nothing,
+}
+
+impl ExplainedPart {
+    /// Its name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::All => "all",
+            Self::Part => "part",
+            Self::Nothing => "nothing",
+        }
+    }
+
+    /// Of a verdict, where `any` is explained at least.
+    pub(crate) fn of(verdict: DiagnosisVerdict, any: bool) -> Self {
+        match verdict {
+            DiagnosisVerdict::UnknownEffect if any => Self::Part,
+            DiagnosisVerdict::UnknownEffect => Self::Nothing,
+            _ => Self::All,
         }
     }
 }
@@ -111,6 +143,8 @@ pub struct Diagnosis {
     pub score_after: f64,
     /// Score on held-out blocks with calibrations alone.
     pub held_out_calibrated: f64,
+    /// Errors by channel, in their units.
+    pub errors: DiagnosisErrors,
     /// Steps of the explanation: one effect, then two; 0 where none may be named.
     pub chosen: usize,
     /// Explanations, best first.
@@ -127,6 +161,15 @@ pub struct Diagnosis {
     pub unexplained: Vec<Finding>,
     /// What there was no time for, and fits that did not converge.
     pub incomplete: Vec<Incomplete>,
+}
+
+impl Diagnosis {
+    /// How much is explained: a part where effects that may be named leave something, or where
+    /// calibrations alone do.
+    pub fn explained(&self) -> ExplainedPart {
+        let calibrated = self.calibration.iter().any(FittedEffect::is_told_from_nothing);
+        ExplainedPart::of(self.verdict, self.chosen > 0 || calibrated)
+    }
 }
 
 /// A diagnosis, and the fits that it rests on.
@@ -502,6 +545,11 @@ fn conclude(
         score_calibrated: score(&null.residuals),
         score_after: score(&improved.residuals),
         held_out_calibrated: held_out_score(null),
+        errors: DiagnosisErrors {
+            before: errors_of(problem, before),
+            calibrated: errors_from_others(problem, blocks, null),
+            after: errors_from_others(problem, blocks, &improved),
+        },
         mountings: mountings::mountings(best),
         chosen: chosen.len(),
         candidates,

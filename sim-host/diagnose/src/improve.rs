@@ -8,10 +8,11 @@
 
 use crate::calibration_selection::select_calibrations;
 use crate::diagnosis::{
-    Candidate, Diagnosed, Diagnosis, DiagnosisFits, DiagnosisVerdict, Incomplete, ProgressCallback,
-    diagnose, fits_anything, longest_weld,
+    Candidate, Diagnosed, Diagnosis, DiagnosisFits, DiagnosisVerdict, ExplainedPart, Incomplete,
+    ProgressCallback, diagnose, fits_anything, longest_weld,
 };
 use crate::discover::{self, Discovery, discover};
+use crate::errors::{errors_from_others, errors_of};
 use crate::found::{FittedEffect, found_beside, found_by_what_is_left, inflate_noise};
 use crate::gate::HeldOutGain;
 use crate::rules::{self, parts, score};
@@ -25,6 +26,7 @@ use trueweld_estimate::fit::{
 };
 use trueweld_estimate::predict::{PredictError, PreparedLog};
 use trueweld_estimate::residuals::compare::{LogComparison, Notice, of_each_log, of_logs};
+use trueweld_estimate::residuals::error::ChannelError;
 use trueweld_estimate::residuals::localize::{Finding, localize};
 use trueweld_logs::log::Log;
 use trueweld_plant::effects::Effect;
@@ -47,6 +49,8 @@ pub struct ImprovementStep {
     /// Score where nothing was fitted: on the logs held out, or on blocks in time left out of the
     /// fit.
     pub held_out: f64,
+    /// Errors there, by channel.
+    pub errors: Vec<ChannelError>,
 }
 
 /// A step that was tried and not kept.
@@ -112,6 +116,11 @@ impl Improvement {
     /// True where the model does not stay as it was given.
     pub fn is_any(&self) -> bool {
         self.steps.len() > 1
+    }
+
+    /// How much of what was above noise and accuracy the improved model explains.
+    pub fn explained(&self) -> ExplainedPart {
+        ExplainedPart::of(self.verdict, self.is_any())
     }
 
     /// The model as it was given.
@@ -207,10 +216,6 @@ const IMPROVEMENT_STEPS_MAX: usize = 8;
 /// Fall of the held-out score by less than this share is no improvement.
 const IMPROVEMENT_MIN: f64 = 2e-3;
 
-/// Share by which the squared errors of the channels must fall on average, each in what it was,
-/// where the score as a whole, which the worst channel rules, hardly sees it.
-const LEAST_BY_CHANNEL: f64 = 0.02;
-
 /// Improves the problem's model. `logs`: those that its logs were made of; `held_out`: where
 /// every step is judged, in place of blocks in time of the same logs.
 ///
@@ -229,12 +234,17 @@ pub fn improve(
     let at_held_out = held_out.map(|h| h.predict(std::iter::empty())).transpose()?;
     let at_held_out = at_held_out.map(|(.., at)| at);
     let start = at_held_out.as_ref().map_or(diagnosis.score_before, score);
+    let errors = match (held_out, &at_held_out) {
+        (Some(held_out), Some(at)) => errors_of(&held_out.problem, at),
+        _ => errors_of(problem, &fits.before),
+    };
     let baseline = ImprovementStep {
         added: Vec::new(),
         effects: Vec::new(),
         calibration: Vec::new(),
         score: diagnosis.score_before,
         held_out: start,
+        errors,
     };
     let mut path = ImprovementPath {
         problem,
@@ -383,8 +393,8 @@ impl ImprovementPath<'_> {
         self.try_step_by(fitted, full, false)
     }
 
-    /// The same; `by_channel`: also where the score does not rise, and the error falls with every
-    /// channel weighed alike. Fits to blocks left out have shown that before.
+    /// The same; `by_channel`: only where it explains enough of the error with every channel weighed
+    /// alike, and then also where the score does not fall.
     fn try_step_by(&mut self, fitted: Fitted, full: Option<&Fitted>, by_channel: bool) -> bool {
         let all = match full {
             Some(full) => found_beside(self.problem, &fitted, full, |_| true),
@@ -410,22 +420,22 @@ impl ImprovementPath<'_> {
             .map(|at| at.map(|(.., at)| at));
         let judged = at_held_out.as_ref().map(|at| match (self.held_out, at, &self.at_held_out) {
             (Some(held_out), Some(at), Some(before)) => {
-                let falls =
-                    change_by_channel(&held_out.problem, before, at) < 1.0 - LEAST_BY_CHANNEL;
-                (score(at), falls)
+                (score(at), explains(&held_out.problem, before, at))
             }
-            _ => (rules::held_out_score(&fitted), true),
+            _ => {
+                let before = self.reached.as_ref().map_or(self.given, |f| &f.residuals);
+                let falls = explains(self.problem, before, &fitted.residuals);
+                (rules::held_out_score(&fitted), falls)
+            }
         });
+        // The score, which the worst channel rules, hardly sees a step that is a large one in another.
+        let is_kept = |score: f64, explains: bool| match by_channel {
+            true => explains && score < before.min(given) * (1.0 + IMPROVEMENT_MIN),
+            false => score <= before * (1.0 - IMPROVEMENT_MIN),
+        };
         let (held_out, why) = match judged {
             Err(_) => (f64::NAN, Some(Rejection::NotPredicted)),
-            Ok((score, falls))
-                if score > before * (1.0 - IMPROVEMENT_MIN)
-                    && !(by_channel
-                        && falls
-                        && score < before.min(given) * (1.0 + IMPROVEMENT_MIN)) =>
-            {
-                (score, Some(Rejection::NoGain))
-            }
+            Ok((score, falls)) if !is_kept(score, falls) => (score, Some(Rejection::NoGain)),
             Ok(_) if other_logs > self.other_logs * (1.0 + IMPROVEMENT_MIN) => {
                 (other_logs, Some(Rejection::OtherLogsWorse))
             }
@@ -448,6 +458,10 @@ impl ImprovementPath<'_> {
                     calibration,
                     score: score(&fitted.residuals),
                     held_out,
+                    errors: match (self.held_out, &at_held_out) {
+                        (Some(held_out), Ok(Some(at))) => errors_of(&held_out.problem, at),
+                        _ => errors_from_others(self.problem, self.blocks, &fitted),
+                    },
                 });
                 self.at_held_out = at_held_out.ok().flatten();
                 self.other_logs = other_logs;
@@ -532,16 +546,17 @@ impl ImprovementPath<'_> {
     }
 }
 
-/// Squared errors of the channels after a change, each over what it was, on average by samples.
-fn change_by_channel(problem: &FitProblem, before: &Residuals, after: &Residuals) -> f64 {
+/// True where a tenth of the squared error goes, each channel's over what it was, on average by
+/// samples.
+fn explains(problem: &FitProblem, before: &Residuals, after: &Residuals) -> bool {
     let (before, after) = (parts(problem, before), parts(problem, after));
-    let (mut sum, mut count) = (0.0, 0.0);
+    let (mut left, mut count) = (0.0, 0.0);
     for (channel, was) in &before {
         let now = after.get(channel).map_or(was.square, |part| part.square);
-        sum += was.count as f64 * now / was.square.max(f64::MIN_POSITIVE);
+        left += was.count as f64 * now / was.square.max(f64::MIN_POSITIVE);
         count += was.count as f64;
     }
-    sum / count
+    left < (1.0 - rules::EXPLAINED_SHARE_MIN) * count
 }
 
 /// True where the arm, struck in every joint at a posture of the logs, comes to rest.

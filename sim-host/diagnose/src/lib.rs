@@ -46,6 +46,7 @@ mod confuse;
 mod diagnosis;
 pub mod discover;
 mod equivalent_calibrations;
+mod errors;
 pub mod evidence;
 pub mod experiment;
 mod explanation;
@@ -61,9 +62,10 @@ mod search;
 
 pub use confuse::Confusable;
 pub use diagnosis::{
-    Candidate, Diagnosed, Diagnosis, DiagnosisFits, DiagnosisVerdict, Incomplete, ProgressCallback,
-    diagnose,
+    Candidate, Diagnosed, Diagnosis, DiagnosisFits, DiagnosisVerdict, ExplainedPart, Incomplete,
+    ProgressCallback, diagnose,
 };
+pub use errors::DiagnosisErrors;
 pub use explanation::{Explanation, ExplanationReason, ImprovedChannel, explain, reason_of_best};
 pub use found::FittedEffect;
 pub use mountings::{Combination, Mountings};

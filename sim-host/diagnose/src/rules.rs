@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 use trueweld_estimate::AUTOCORRELATION_INFLATION;
-use trueweld_estimate::fit::{self, FitProblem, Fitted, Residuals};
+use trueweld_estimate::fit::{self, BLOCKS, FitProblem, Fitted, Residuals};
 use trueweld_estimate::predict::{Compared, ComparedQuantity};
 use trueweld_estimate::residuals::finding::NOISE_FLOOR_SCORE;
 
@@ -138,16 +138,19 @@ fn all(compared: &[Compared]) -> Vec<f64> {
 }
 
 /// What each value of a log counts for as evidence: of n values that are off alike by a share ρ of
-/// their variance, each counts for 1/(1 + (n − 1) ρ) (Kish's design effect).
+/// their variance, each counts for 1/(1 + (n − 1) ρ) (Kish's design effect). What is off by less than
+/// anybody asks about is off alike within a block of time.
 pub(super) fn evidence_weights(compared: &[Compared]) -> Vec<f64> {
-    let mut columns: BTreeMap<(ComparedQuantity, u8), (usize, f64)> = BTreeMap::new();
+    let mut columns: BTreeMap<(ComparedQuantity, u8), (f64, f64, f64)> = BTreeMap::new();
     for c in compared {
-        let (count, alike) = columns.entry((c.quantity, c.component)).or_default();
-        (*count, *alike) = (*count + 1, *alike + c.alike);
+        let column = columns.entry((c.quantity, c.component)).or_default();
+        let allowed = (c.accuracy / c.deviation).powi(2);
+        *column = (column.0 + 1.0, column.1 + c.alike, column.2 + allowed);
     }
     let weight = |c: &Compared| {
-        let (count, alike) = columns[&(c.quantity, c.component)];
-        (1.0 + (count - 1) as f64 * alike / count as f64).recip()
+        let (count, alike, allowed) = columns[&(c.quantity, c.component)];
+        let of_block = (count / BLOCKS as f64).max(1.0);
+        (1.0 + ((count - 1.0) * alike + (of_block - 1.0) * allowed) / count).recip()
     };
     compared.iter().map(weight).collect()
 }

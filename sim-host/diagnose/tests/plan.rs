@@ -28,7 +28,11 @@ impl Laboratory {
             PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/campaigns").join(name);
         let logs = Campaign::read(folder).unwrap().logs;
         let process = logs.iter().find_map(|l| l.process.clone());
-        let model = BaselineModel { robot: logs[0].robot.robot.clone(), process };
+        let model = BaselineModel {
+            robot: logs[0].robot.robot.clone(),
+            process,
+            accuracy: Default::default(),
+        };
         let noise = instruments(&logs);
         let experiments = logs
             .iter()

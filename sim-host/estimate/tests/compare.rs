@@ -68,7 +68,11 @@ impl Series {
             encoder: [level(2e-6); 6],
             ..NoiseLevels::default()
         };
-        let model = BaselineModel { robot: log.robot.robot.clone(), process: None };
+        let model = BaselineModel {
+            robot: log.robot.robot.clone(),
+            process: None,
+            accuracy: Default::default(),
+        };
         let experiment = PreparedLog::new(&log, &noise, &model).unwrap();
         let motion = LinkMotion {
             rows: (0..ROWS).collect(),

@@ -5,7 +5,7 @@
 
 use crate::log::{LOG_FILE, Log, SAMPLES_FILE, name_of, piece_name};
 use std::path::{Path, PathBuf};
-use trueweld_plant::input::{FileKind, InputError, Source, TomlDocument, read_text};
+use trueweld_plant::input::{Accuracy, FileKind, InputError, Source, TomlDocument, read_text};
 
 /// Name of the file that lists a campaign's logs.
 pub const CAMPAIGN_FILE: &str = "campaign.toml";
@@ -29,13 +29,14 @@ impl Campaign {
     /// robot.
     pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
         let folder = folder.as_ref();
-        let (model, folders) = Self::list(folder)?;
+        let (model, accuracy, folders) = Self::list(folder)?;
         let mut logs = Vec::with_capacity(folders.len());
         for (listed, path) in &folders {
             let pieces = Log::read_pieces(path)?;
             let count = pieces.len();
             for (number, log) in pieces.into_iter().enumerate() {
-                let mut log = Log { name: piece_name(listed, number, count), ..log };
+                let name = piece_name(listed, number, count);
+                let mut log = Log { name, accuracy, ..log };
                 log.files.push(folder.join(CAMPAIGN_FILE));
                 logs.push(log);
             }
@@ -44,17 +45,18 @@ impl Campaign {
         Ok(Self { name: name_of(folder), model, logs })
     }
 
-    /// The model file of the campaign in a folder, and its logs: as it lists them, and where they
-    /// are. All exist; none is read.
+    /// The model file of the campaign in a folder, how exact predictions of its logs need be, and
+    /// the logs: as it lists them, and where they are. All exist; none is read.
     ///
     /// # Errors
     /// The first thing that does not fit, with file, line and column.
-    pub fn list(folder: &Path) -> Result<(PathBuf, Vec<(String, PathBuf)>), InputError> {
+    pub fn list(folder: &Path) -> Result<(PathBuf, Accuracy, Vec<(String, PathBuf)>), InputError> {
         let (name, text) = read_text(&folder.join(CAMPAIGN_FILE))?;
         let document = TomlDocument::parse(&text, &name)?;
         let root = document.root_of(FileKind::Campaign.schema())?;
-        root.only(&["schema", "model", "logs"])?;
+        root.only(&["schema", "model", "logs", "accuracy"])?;
         let model = root.file("model", folder)?;
+        let accuracy = Accuracy::read(&root)?;
         let mut folders: Vec<(String, PathBuf)> = Vec::new();
         for entry in root.texts("logs")? {
             let path = folder.join(entry.text);
@@ -75,7 +77,7 @@ impl Campaign {
             }
             folders.push((entry.text.to_owned(), path));
         }
-        Ok((model, folders))
+        Ok((model, accuracy, folders))
     }
 }
 

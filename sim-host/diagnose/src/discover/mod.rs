@@ -27,6 +27,7 @@ use crate::calibration_selection::select_calibrations;
 use crate::diagnosis::{
     Candidate, Diagnosed, Diagnosis, DiagnosisFits, DiagnosisVerdict, Incomplete, ProgressCallback,
 };
+use crate::errors::{DiagnosisErrors, errors_from_others};
 use crate::experiment::RIVALS_MAX;
 use crate::experiment::{Plan, next_experiment};
 use crate::found::{FittedEffect, found, found_beside};
@@ -213,6 +214,10 @@ fn outside(
     let diagnosis = Diagnosis {
         verdict: DiagnosisVerdict::UnknownEffect,
         score_after: score(&improved.residuals),
+        errors: DiagnosisErrors {
+            after: errors_from_others(problem, &blocks, &improved),
+            ..diagnosis.errors.clone()
+        },
         candidates: beside.collect(),
         calibration,
         unexplained,

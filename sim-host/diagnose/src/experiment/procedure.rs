@@ -533,6 +533,7 @@ fn log_of(cell: &ExperimentCell<'_>, kind: LogKind, period: Option<f64>, samples
         weld: None,
         process: None,
         period,
+        accuracy: like.accuracy,
         noise: NoiseLevels::default(),
         samples,
         notices: Vec::new(),

@@ -22,7 +22,7 @@ pub use schur::{Quadratic, ReducedNormal, SchurComplement};
 pub use solver::{Fitted, SolverOptions, Termination, fit};
 
 use crate::predict::{
-    BaselineModel, Compared, ComparedQuantity, PredictError, Prediction, PreparedLog,
+    BaselineModel, Compared, ComparedQuantity, PredictError, Prediction, PreparedLog, baseline,
 };
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -56,8 +56,7 @@ pub struct FitProblem {
 impl FitProblem {
     /// Makes ready what a model file and logs say.
     pub fn new(file: &ModelFile, logs: Vec<PreparedLog>) -> Self {
-        let model =
-            BaselineModel { robot: file.robot.robot.clone(), process: file.process.clone() };
+        let model = baseline(file);
         let SortedEffects { known, per_log, own } =
             SortedEffects::new(&file.effects, &file.known, file.posterior.as_ref());
         Self { model, known, per_log, own, declared: file.known.clone(), logs, deadline: None }

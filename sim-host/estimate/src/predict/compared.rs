@@ -76,6 +76,9 @@ pub struct Compared {
     /// in all values of this quantity and component in a log, which together say no more of it than
     /// one.
     pub alike: f64,
+    /// Part of the deviation that is no noise, but how exact the prediction need be, in the
+    /// quantity's unit: rows near each other are off alike by it.
+    pub accuracy: f64,
 }
 
 /// Measured value of a rotation, which is compared as what it turns from the predicted one: NaN
@@ -97,7 +100,7 @@ pub(super) fn list(
         for c in columns.clone() {
             let (measured, deviation, stated) = of(k, c);
             let component = c as u8;
-            let alike = 0.0;
+            let (alike, accuracy) = (0.0, 0.0);
             compared.push(Compared {
                 quantity,
                 component,
@@ -106,6 +109,7 @@ pub(super) fn list(
                 deviation,
                 stated,
                 alike,
+                accuracy,
             });
         }
     }

@@ -13,6 +13,7 @@
 //! Every residual is measured less predicted, over the standard deviation of measured and
 //! propagated noise together: a perfect model has residuals of mean square 1.
 
+mod accuracy;
 mod clock;
 mod columns;
 mod compared;
@@ -39,7 +40,7 @@ use trueweld_logs::channel::LogChannel;
 use trueweld_logs::log::{Log, LogKind};
 use trueweld_logs::noise::{NoiseLevel, NoiseLevels};
 use trueweld_plant::effects::{Effect, EffectError};
-use trueweld_plant::input::Process;
+use trueweld_plant::input::{Accuracy, ModelFile, Process};
 use trueweld_plant::integrate::TooFast;
 use trueweld_plant::robot::{Channel, ElasticRobot, INTERNAL_STATES, Memory, mount};
 
@@ -53,6 +54,17 @@ pub struct BaselineModel {
     pub robot: Robot<f64>,
     /// The process; a weld log's own stands in where the model names none.
     pub process: Option<Process>,
+    /// How exact predictions need be, where a log's campaign says nothing of it.
+    pub accuracy: Accuracy,
+}
+
+/// The baseline that a model file stands on.
+pub fn baseline(model: &ModelFile) -> BaselineModel {
+    BaselineModel {
+        robot: model.robot.robot.clone(),
+        process: model.process.clone(),
+        accuracy: model.accuracy,
+    }
 }
 
 /// What the links did, as far as the model says: reused where a change of the model does not move
@@ -221,6 +233,7 @@ impl PreparedLog {
             };
             return Err(PredictError::Nothing { log: log.name.clone(), what });
         }
+        accuracy::allow(&mut compared, log.accuracy.or(model.accuracy));
         let poses = of_poses(&compared);
         let clock = OpenClock::of(log, compared.iter().map(|c| c.row));
         let read = |force: &Vec<Vector3<f64>>| force.iter().any(|f| f.sum().is_finite());

@@ -4,6 +4,7 @@
 //! The score √mean((residual/noise)²) is 1.0 where the model is as good as the instruments can
 //! tell. Left out: what is missing in the model, which is for a diagnosis to say.
 
+pub use crate::predict::baseline;
 pub use crate::residuals::finding::NOISE_FLOOR_SCORE;
 
 use crate::fit::per_log;
@@ -139,6 +140,9 @@ pub struct ChannelComparison {
     /// Root mean square of the deviation that measured and propagated noise leave in the
     /// difference, in the unit.
     pub noise: f64,
+    /// Root mean square of what predictions may be off by, in the unit; 0 where they are to be as
+    /// exact as the noise.
+    pub accuracy: f64,
     /// True where the logs state all of the instruments' noise; false where some was read off the
     /// recordings.
     pub stated: bool,
@@ -169,11 +173,6 @@ pub struct Trace {
     pub predicted: Vec<f64>,
     /// Standard deviation of the noise in their difference.
     pub deviation: Vec<f64>,
-}
-
-/// The baseline that a model file stands on.
-pub fn baseline(model: &ModelFile) -> BaselineModel {
-    BaselineModel { robot: model.robot.robot.clone(), process: model.process.clone() }
 }
 
 /// Makes logs ready to be compared with a model, each with its instruments' noise.
@@ -416,7 +415,9 @@ fn channel(log: &Log, name: &'static str, pairs: &[(&Compared, f64)]) -> Channel
 fn figures(name: String, pairs: &[(&Compared, f64)]) -> ChannelComparison {
     let difference = |(compared, residual): &(&Compared, f64)| residual * compared.deviation;
     let differences: Vec<f64> = pairs.iter().map(difference).collect();
-    let deviations: Vec<f64> = pairs.iter().map(|(compared, _)| compared.deviation).collect();
+    let noise = |(c, _): &(&Compared, f64)| (c.deviation.powi(2) - c.accuracy.powi(2)).sqrt();
+    let noise: Vec<f64> = pairs.iter().map(noise).collect();
+    let accuracy: Vec<f64> = pairs.iter().map(|(compared, _)| compared.accuracy).collect();
     let residuals: Vec<f64> = pairs.iter().map(|(_, residual)| *residual).collect();
     ChannelComparison {
         name,
@@ -424,7 +425,8 @@ fn figures(name: String, pairs: &[(&Compared, f64)]) -> ChannelComparison {
         unit: pairs[0].0.quantity.unit(),
         rmse: root_mean_square(&differences),
         max: differences.iter().fold(0.0, |most, d| most.max(d.abs())),
-        noise: root_mean_square(&deviations),
+        noise: root_mean_square(&noise),
+        accuracy: root_mean_square(&accuracy),
         stated: pairs.iter().all(|(compared, _)| compared.stated),
         score: root_mean_square(&residuals),
         samples: pairs.len(),

@@ -67,8 +67,8 @@ use track::{Expected, FileTrack};
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{Pose, Robot};
 use trueweld_plant::input::{
-    Bounds, FileKind, InputError, InputFile, Process, RobotFile, Source, TomlDocument, TomlTable,
-    Weld, nearest, read_text,
+    Accuracy, Bounds, FileKind, InputError, InputFile, Process, RobotFile, Source, TomlDocument,
+    TomlTable, Weld, nearest, read_text,
 };
 use trueweld_plant::simulate::Seam;
 
@@ -98,6 +98,8 @@ pub struct Log {
     pub period: Option<f64>,
     /// Noise as stated.
     pub noise: NoiseLevels,
+    /// How exact predictions of it need be, as its campaign says.
+    pub accuracy: Accuracy,
     /// The rows.
     pub samples: Samples,
     /// What a person should know although nothing is wrong: columns that were left out.
@@ -305,6 +307,7 @@ impl Log {
             process,
             period: (kind != LogKind::StaticLoad).then_some(period),
             noise,
+            accuracy: Accuracy::default(),
             samples: Samples::default(),
             notices,
             source: Source::new(&file, text),

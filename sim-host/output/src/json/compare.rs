@@ -72,6 +72,10 @@ result! {
         max: Option<f64> = finite(channel.max),
         /// Root mean square of what the noise leaves in the difference.
         noise: Option<f64> = finite(channel.noise),
+        /// Root mean square of what predictions may be off by; 0 where they are to be as exact as the
+        /// noise.
+        #[serde(default)]
+        accuracy: f64 = channel.accuracy,
         /// Whether the logs state the noise: `stated` or `estimated`.
         noise_is: &'static str = if channel.stated { "stated" } else { "estimated" },
         /// As the whole's.

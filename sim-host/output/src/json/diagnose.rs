@@ -3,6 +3,7 @@
 use super::compare::ResidualFinding;
 use super::discover::DiscoveredLaw;
 use super::effects::{EffectCurveData, EffectPlace, FittedEffectValues, at_name};
+use super::error::ChannelErrorFigures;
 use super::log_fault::FileMistake;
 use super::mountings::LinkMountings;
 use super::register::RegisteredTracker;
@@ -36,6 +37,9 @@ result! {
         model: String = model.path.display().to_string(),
         /// `adequate`, `effect-found` or `unknown-effect`.
         verdict: &'static str = diagnosis.verdict.name(),
+        /// `all` of what was above noise and accuracy, a `part`, or `nothing`.
+        #[serde(default)]
+        explained: &'static str = diagnosis.explained().name(),
         /// The verdict in words.
         sentence: String = report.headline(),
         /// Score of the model as given.
@@ -44,6 +48,16 @@ result! {
         score_calibrated: Option<f64> = finite(diagnosis.score_calibrated),
         /// Score with the best explanation and the calibrations that count.
         score_after: Option<f64> = finite(diagnosis.score_after),
+        /// Errors by channel of the model as given.
+        #[serde(default)]
+        errors_before: Vec<ChannelErrorFigures> = ChannelErrorFigures::all(&diagnosis.errors.before),
+        /// The same with calibrations alone, on rows left out of the fit.
+        #[serde(default)]
+        errors_calibrated: Vec<ChannelErrorFigures> =
+            ChannelErrorFigures::all(&diagnosis.errors.calibrated),
+        /// The same with the best explanation and the calibrations that count.
+        #[serde(default)]
+        errors_after: Vec<ChannelErrorFigures> = ChannelErrorFigures::all(&diagnosis.errors.after),
         /// Explanations that were fitted, best first.
         candidates: Vec<DiagnosisCandidate> = candidates.collect(),
         /// Laws outside the library that were found; then the score after is with the first of them.

@@ -3,6 +3,7 @@
 use super::compare::ResidualFinding;
 use super::discover::DiscoveredLaw;
 use super::effects::{EffectPlace, FittedEffectValues, at_name};
+use super::error::ChannelErrorFigures;
 use super::log_fault::FileMistake;
 use super::register::RegisteredTracker;
 use super::{finite, result};
@@ -34,6 +35,9 @@ result! {
         out: String = report.out.display().to_string(),
         /// `adequate`, `effect-found` or `unknown-effect`.
         verdict: &'static str = improvement.verdict.name(),
+        /// `all` of what was above noise and accuracy, a `part`, or `nothing`.
+        #[serde(default)]
+        explained: &'static str = improvement.explained().name(),
         /// The result in words.
         sentence: String = report.headline(),
         /// Steps that were kept, the model as given first.
@@ -107,6 +111,9 @@ result! {
         score: Option<f64> = finite(step.score),
         /// Score where nothing was fitted.
         holdout_score: Option<f64> = finite(step.held_out),
+        /// Errors there, by channel.
+        #[serde(default)]
+        holdout_errors: Vec<ChannelErrorFigures> = ChannelErrorFigures::all(&step.errors),
         /// All effects of the model at this step.
         effects: Vec<FittedEffectValues> = FittedEffectValues::all(&step.effects, robot, before),
         /// The calibrations beside them.

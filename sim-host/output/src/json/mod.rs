@@ -9,6 +9,7 @@ pub(crate) mod compare;
 pub(crate) mod diagnose;
 mod discover;
 mod effects;
+mod error;
 pub(crate) mod identify;
 pub(crate) mod import;
 pub(crate) mod improve;

@@ -60,29 +60,36 @@ impl Report for CompareReport<'_> {
 fn table(comparison: &Comparison) -> Table {
     let channels = || comparison.logs.iter().flat_map(|log| &log.channels);
     let highest = channels().map(|channel| channel.score).fold(2.0, f64::max);
+    let asked = channels().any(|channel| channel.accuracy > 0.0);
     let of_log = |log: &LogComparison| {
-        let name = words(format!("{}, {}", log.name, log.kind)).tone(Tone::Strong).over(4);
+        let name = words(format!("{}, {}", log.name, log.kind)).tone(Tone::Strong);
+        let name = name.over(if asked { 5 } else { 4 });
         vec![name, number(fixed(log.score, 2)).bad(log.score > NOISE_FLOOR_SCORE)]
     };
     let rows = comparison.logs.iter().flat_map(|log| {
-        let channels = log.channels.iter().map(|channel| channel_row(channel, highest));
+        let channels = log.channels.iter().map(|channel| channel_row(channel, highest, asked));
         std::iter::once(of_log(log)).chain(channels)
     });
-    let head = ["", "RMS", "largest", "noise", "score"].map(number).to_vec();
+    let mut head = ["", "RMS", "largest", "noise", "score"].map(number).to_vec();
+    if asked {
+        head.insert(4, number("accuracy"));
+    }
     Table { head: vec![head], rows: rows.collect() }
 }
 
 /// `highest`: the score at the end of the bar.
-fn channel_row(channel: &ChannelComparison, highest: f64) -> Vec<TableCell> {
+fn channel_row(channel: &ChannelComparison, highest: f64, asked: bool) -> Vec<TableCell> {
     let quantity = |value: f64| Scale::small(channel.unit).quantity(value);
     let sign = if channel.stated { "" } else { "≈ " };
-    vec![
+    let mut row = vec![
         words(format!("  {}", channel.name)),
         number(quantity(channel.rmse)),
         number(quantity(channel.max)),
         number(format!("{sign}{}", quantity(channel.noise))),
-        number(fixed(channel.score, 2)).with_bar(score_bar(channel.score, highest)),
-    ]
+    ];
+    row.extend(asked.then(|| number(quantity(channel.accuracy))));
+    row.push(number(fixed(channel.score, 2)).with_bar(score_bar(channel.score, highest)));
+    row
 }
 
 /// The residual over the condition that it follows.

@@ -1,5 +1,6 @@
 //! Which physical effect is missing in a model.
 
+use super::error_fall::ErrorFall;
 use super::residuals::{BEFORE_AND_AFTER_COLUMNS, before_and_after, map};
 use super::{PublishedResult, Report};
 use crate::DiagnoseReport;
@@ -62,6 +63,17 @@ impl Report for DiagnoseReport<'_> {
             }
         }
         let explained = diagnosis.chosen > 0 || !self.discovered.is_empty();
+        let fall = self.fall(explained);
+        document.section(
+            Medium::All,
+            "RMS errors where nothing was fitted",
+            Block::Table(fall.table()),
+        );
+        document.section(
+            Medium::Page,
+            "How the error falls where nothing was fitted",
+            Block::Figures(if missing { fall.pictures() } else { Vec::new() }),
+        );
         // Where no effect is named they are what there is to say.
         if !explained {
             self.push_calibrations(&mut document);
@@ -110,6 +122,19 @@ impl Report for DiagnoseReport<'_> {
 }
 
 impl DiagnoseReport<'_> {
+    /// How the error falls, to the best explanation where one is `explained`.
+    fn fall(&self, explained: bool) -> ErrorFall<'_> {
+        let errors = &self.diagnosis.errors;
+        let mut steps = vec![
+            ("as given".to_owned(), errors.before.as_slice()),
+            ("recalibrated".to_owned(), errors.calibrated.as_slice()),
+        ];
+        if explained {
+            steps.push(("with it".to_owned(), errors.after.as_slice()));
+        }
+        ErrorFall { steps }
+    }
+
     /// The calibrations that are off, and what the logs fix of mountings where one is of a link.
     fn push_calibrations(&self, document: &mut Document) {
         document

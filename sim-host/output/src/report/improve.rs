@@ -2,15 +2,19 @@
 //! from.
 
 use super::diagnose::evidence;
+use super::error_fall::ErrorFall;
 use super::residuals::{BEFORE_AND_AFTER_COLUMNS, before_and_after, score_bar};
 use super::{PublishedResult, Report};
 use crate::ImproveReport;
-use crate::document::{Block, Column, Document, Medium, Table, number, words};
+use crate::document::{Block, Column, Document, Medium, Table, TableCell, number, words};
 use crate::json::improve::{ImproveResult, PosteriorNumber};
 use crate::samples::{self, BlockTable};
 use crate::text::diagnose::{CURVES, INCOMPLETE_HEADING, incomplete, remains};
-use crate::text::{condensed, digits, score};
+use crate::text::error::channel;
+use crate::text::{Scale, condensed, digits, score};
 use trueweld_diagnose::DiagnosisVerdict;
+use trueweld_diagnose::improve::ImprovementStep;
+use trueweld_estimate::residuals::error::ChannelError;
 
 impl Report for ImproveReport<'_> {
     const SCHEMA: &'static str = "improve/1";
@@ -34,7 +38,8 @@ impl Report for ImproveReport<'_> {
         document.push(Block::Lead(self.verdict()));
         document.push(Block::List(self.laws()));
         document.push(Block::Note(self.setting()));
-        document.table("Step by step", self.steps());
+        document.table("Step by step: scores, and RMS errors where nothing was fitted", self.steps());
+        document.figures("How the error falls where nothing was fitted", self.fall().pictures());
         if improvement.is_any() {
             let found = super::discover::curves(&improvement.discovered, &self.model.robot);
             document.figures(crate::text::discover::CURVE, found);
@@ -85,12 +90,35 @@ impl ImproveReport<'_> {
         let steps = &self.improvement.steps;
         let highest = steps.iter().flat_map(|s| [s.score, s.held_out]).fold(2.0, f64::max);
         let cell = |value: f64| number(score(value)).with_bar(score_bar(value, highest));
-        let row = |(k, step): (usize, _)| {
-            let step: &trueweld_diagnose::improve::ImprovementStep = step;
-            vec![words(self.step(k)), cell(step.score), cell(step.held_out)]
+        let first = &self.improvement.first().errors;
+        let of_channels = |value: &dyn Fn(&ChannelError) -> f64, errors: &[ChannelError]| {
+            let quantity = |e: &ChannelError| number(Scale::small(e.unit).quantity(value(e)));
+            errors.iter().map(quantity).collect::<Vec<_>>()
         };
-        let head = vec![words("score"), number("logs fitted"), number("not fitted")];
-        Table { head: vec![head], rows: steps.iter().enumerate().map(row).collect() }
+        let row = |(k, step): (usize, &ImprovementStep)| {
+            let scores = [words(self.step(k)), cell(step.score), cell(step.held_out)];
+            scores.into_iter().chain(of_channels(&|e| e.rmse, &step.errors)).collect()
+        };
+        let level = |name: &str, value: &dyn Fn(&ChannelError) -> f64| {
+            let any = first.iter().any(|e| value(e) > 0.0);
+            let scores = [words(name), number(""), number("")];
+            any.then(|| scores.into_iter().chain(of_channels(value, first)).collect())
+        };
+        let levels = [level("noise", &|e| e.noise), level("accuracy", &|e| e.accuracy)];
+        let rows: Vec<Vec<TableCell>> = steps.iter().enumerate().map(row).collect();
+        let scores = [words(""), number("score, fitted"), number("not fitted")];
+        let channels = first.iter().map(|e| number(channel(e)));
+        Table {
+            head: vec![scores.into_iter().chain(channels).collect()],
+            rows: rows.into_iter().chain(levels.into_iter().flatten()).collect(),
+        }
+    }
+
+    /// How the error falls, where nothing was fitted.
+    fn fall(&self) -> ErrorFall<'_> {
+        let steps = self.improvement.steps.iter().enumerate();
+        let named = steps.map(|(k, step)| (self.step(k), step.errors.as_slice()));
+        ErrorFall { steps: named.collect() }
     }
 
     fn values(&self) -> Table {

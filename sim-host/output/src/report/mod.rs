@@ -4,6 +4,7 @@ mod certify;
 mod compare;
 mod diagnose;
 mod discover;
+mod error_fall;
 mod identify;
 mod import;
 mod improve;

@@ -14,7 +14,7 @@ pub(super) const BEFORE_AND_AFTER_COLUMNS: usize = 4;
 const BAR_START_SCORE: f64 = 0.5;
 
 /// Fall of a column's mean square, as a share, below which it is not drawn.
-const DRAWN_FALL_MIN: f64 = 0.05;
+pub(super) const DRAWN_FALL_MIN: f64 = 0.05;
 
 /// Measured values that span so many times the largest difference hide it: the difference is drawn
 /// alone.

@@ -47,11 +47,11 @@ pub(crate) fn setting(model: &Path, comparison: &Comparison) -> String {
         _ => "partly stated by the logs, partly estimated from the recordings",
     };
     format!(
-        "Model {}, {}, {} samples. Score: root mean square of (measured − predicted)/noise; 1.0 is the noise floor. Noise: \
-         {noise}, and what it does on its way through the model.",
+        "Model {}, {}, {} samples. {} Noise: {noise}, and what it does on its way through the model.",
         model.display(),
         counted(comparison.logs.len(), "log"),
-        comparison.samples
+        comparison.samples,
+        super::error::score_is(&comparison.logs)
     )
 }
 
@@ -77,7 +77,8 @@ pub(crate) fn notice(notice: &Notice) -> String {
         Notice::Log { log, notice } => format!("{log}: {}", super::log::notice(notice)),
         Notice::Registered(found) => super::log_faults::registered(found),
         Notice::NoiseEstimated(logs) => format!(
-            "the noise is not stated and was estimated from the recordings: {}",
+            "the noise is not stated and was estimated from the recordings: {}; such readings are taken to be true to what is \
+             usual of their instruments, where [accuracy] says nothing else",
             logs.join(", ")
         ),
         Notice::NoiseLarger(of) => format!(

@@ -1,12 +1,16 @@
 //! What is said of an improvement.
 
 use super::diagnose::{
-    NAMED_CALIBRATIONS_MAX, calibrations, implausible, in_a_line, setting, values, verdict,
+    NAMED_CALIBRATIONS_MAX, calibrations, followed, implausible, in_a_line, setting, values,
+    verdict,
 };
-use super::{discover, listed, probability, score, score_change};
+use super::{Scale, discover, error, listed, probability, score, score_change};
 use crate::ImproveReport;
 use trueweld_diagnose::improve::{ImprovementStep, Rejected, Rejection};
 use trueweld_diagnose::{DiagnosisVerdict, FittedEffect};
+use trueweld_estimate::residuals::compare::NOISE_FLOOR_SCORE;
+use trueweld_estimate::residuals::error::ChannelError;
+use trueweld_estimate::residuals::localize::Finding;
 use trueweld_plant::input::RobotFile;
 
 impl ImproveReport<'_> {
@@ -26,10 +30,11 @@ impl ImproveReport<'_> {
             }
             _ => String::new(),
         };
-        let fall = format!(
-            "{} where nothing was fitted{recalibrated}",
-            score_change(first.held_out, last.held_out)
-        );
+        let scores = score_change(first.held_out, last.held_out);
+        let fall = match error::change(&first.errors, &last.errors) {
+            Some(change) => format!("{change} where nothing was fitted: {scores}{recalibrated}"),
+            None => format!("{scores} where nothing was fitted{recalibrated}"),
+        };
         match (steps.len(), added.as_slice()) {
             (1, _) => format!(
                 "No improvement: the model stays as it was given (score {}); nothing that was tried lowers the error where nothing was \
@@ -99,6 +104,10 @@ impl ImproveReport<'_> {
             _ if !improvement.discovered.is_empty() => {
                 discover::headline(&improvement.discovered, &self.model.robot)
             }
+            DiagnosisVerdict::UnknownEffect if improvement.is_any() => format!(
+                "A part is explained. {}, which no effect here explains.",
+                remainder(&last.errors, &improvement.unexplained)
+            ),
             verdict => {
                 let left = (verdict, &improvement.unexplained[..]);
                 self::verdict(&improvement.diagnosis, left, &self.model.robot, None)
@@ -168,6 +177,21 @@ impl ImproveReport<'_> {
         })
         .collect()
     }
+}
+
+/// What remains, and what it follows: `0.0738 mrad of the second encoders remains above noise and
+/// accuracy; it follows A1's angle (65 % of …)`.
+fn remainder(errors: &[ChannelError], unexplained: &[Finding]) -> String {
+    let left: Vec<String> = errors
+        .iter()
+        .filter(|e| e.rmse > NOISE_FLOOR_SCORE * e.noise.hypot(e.accuracy))
+        .map(|e| format!("{} in the {}", Scale::small(e.unit).quantity(e.rmse), error::channel(e)))
+        .collect();
+    let left = match left.as_slice() {
+        [] => "what stands out here and there".to_owned(),
+        left => format!("{} RMS", listed(left, "and")),
+    };
+    format!("What remains is {left}; {}", followed(unexplained))
 }
 
 /// Why a step was not kept.

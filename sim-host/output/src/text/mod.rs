@@ -8,6 +8,7 @@ pub(crate) mod curve;
 pub(crate) mod diagnose;
 pub(crate) mod discover;
 pub(crate) mod effects;
+pub(crate) mod error;
 pub(crate) mod experiment;
 pub(crate) mod finding;
 pub(crate) mod identify;

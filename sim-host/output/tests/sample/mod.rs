@@ -18,13 +18,14 @@ use trueweld_diagnose::evidence::{Abscissa, EffectCurve, Ordinate};
 use trueweld_diagnose::experiment::{Channels, Excitation, Plan, PlanRow, Procedure};
 use trueweld_diagnose::improve::{Improvement, ImprovementStep, Rejected, Rejection};
 use trueweld_diagnose::{
-    Candidate, Confusable, Diagnosis, DiagnosisVerdict, EffectLimit, Explanation,
+    Candidate, Confusable, Diagnosis, DiagnosisErrors, DiagnosisVerdict, EffectLimit, Explanation,
     ExplanationReason, FittedEffect, ImprovedChannel,
 };
 use trueweld_estimate::predict::ComparedQuantity;
 use trueweld_estimate::residuals::compare::{
     ChannelComparison, Comparison, LogComparison, Notice, Trace,
 };
+use trueweld_estimate::residuals::error::ChannelError;
 use trueweld_estimate::residuals::localize::{
     Category, ConditionBin, ConditionCurve, Finding, MapAxis, ResidualMap, RowCondition, Statistic,
 };
@@ -329,6 +330,7 @@ pub fn comparison() -> Comparison {
         rmse: 3e-5 * score,
         max: 2e-4,
         noise: 3e-5,
+        accuracy: 0.0,
         stated: true,
         score,
         samples,
@@ -493,6 +495,7 @@ pub fn diagnosis(verdict: DiagnosisVerdict) -> Parts {
     };
     Parts {
         model: ModelFile {
+            accuracy: trueweld_plant::input::Accuracy::default(),
             path: "model.toml".into(),
             ..ModelFile::read(fixture("campaigns/backlash/model.toml")).unwrap()
         },
@@ -502,6 +505,11 @@ pub fn diagnosis(verdict: DiagnosisVerdict) -> Parts {
             score_calibrated: 2.9,
             score_after: 1.016,
             held_out_calibrated: 2.9,
+            errors: DiagnosisErrors {
+                before: errors(1.55e-4),
+                calibrated: errors(9.2e-5),
+                after: errors(3.08e-5),
+            },
             chosen: usize::from(verdict != DiagnosisVerdict::Adequate),
             candidates: vec![
                 candidate(play, 1.015, 0.98, 0.01),
@@ -543,10 +551,18 @@ pub fn plan() -> Plan {
         minutes: 14.0,
         rows: [(0u8, 0.0), (1, 20.0), (2, 0.0)].map(row).to_vec(),
         log: Log {
+            accuracy: trueweld_plant::input::Accuracy::default(),
             kind: LogKind::StaticLoad,
             ..Log::read(fixture("campaigns/backlash/ring-25")).unwrap()
         },
     }
+}
+
+/// Errors of a tracker's position whose noise is 0.03 mm.
+fn errors(rmse: f64) -> Vec<ChannelError> {
+    let (channel, unit) = ("tcp_position", "m");
+    let [noise, accuracy] = [3e-5, 0.0];
+    vec![ChannelError { channel, ripple: false, unit, rmse, noise, accuracy, samples: 1500 }]
 }
 
 /// An improvement by what [`diagnosis`] found, its steps judged by a log held out.
@@ -558,6 +574,7 @@ pub fn improvement(diagnosis: Diagnosis) -> Improvement {
         calibration: Vec::new(),
         score,
         held_out,
+        errors: errors(3.1e-5 * held_out),
     };
     Improvement {
         discovered: Vec::new(),

@@ -9,6 +9,7 @@
 //! and campaigns, which belong where runs are judged and where measurements are; they are known by
 //! name only, so that a file of theirs is not called unknown. So are protocols of the laboratory.
 
+mod accuracy;
 mod bounds;
 pub mod control;
 mod control_file;
@@ -31,6 +32,7 @@ mod value;
 pub mod weld;
 
 pub use crate::process::{Process, Ripple, check_weld};
+pub use accuracy::Accuracy;
 pub use bounds::Bounds;
 pub use control::{CascadeGains, CompensationLimits, Control, OwnGains, ParallelGains};
 pub use document::TomlDocument;

@@ -378,6 +378,7 @@ impl SpindleHarmonics {
                             deviation: variance.sqrt(),
                             stated: level[c].stated,
                             alike: arm / variance,
+                            accuracy: 0.0,
                         });
                     }
                 }

@@ -25,8 +25,8 @@ use super::posterior::Posterior;
 use super::quantity::warn;
 use super::table::TomlTable;
 use super::{
-    Bounds, FileKind, InputError, InputFile, Process, RobotFile, TomlDocument, hash_of_file,
-    nearest, read_text,
+    Accuracy, Bounds, FileKind, InputError, InputFile, Process, RobotFile, TomlDocument,
+    hash_of_file, nearest, read_text,
 };
 use crate::effects::formula::{
     CustomParameter, CustomRole, Definition, MOST_PARAMETERS, NamedPort, PORTS,
@@ -72,6 +72,8 @@ pub struct ModelFile {
     pub effects: Vec<ModelEffect>,
     /// What is known of effects without the logs.
     pub known: Vec<KnownEffect>,
+    /// How exact its predictions need be.
+    pub accuracy: Accuracy,
     /// What measurements leave open of its numbers; none where it was not fitted.
     pub posterior: Option<Posterior>,
 }
@@ -140,7 +142,7 @@ impl ModelFile {
     pub fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
         let document = TomlDocument::parse(text, &path.display().to_string())?;
         let root = document.root_of(FileKind::Model.schema())?;
-        root.only(&["schema", "robot", "process", "effect", "known", "posterior"])?;
+        root.only(&["schema", "robot", "process", "effect", "known", "accuracy", "posterior"])?;
         let robot_path = named_file(&root, "robot", path)?;
         let robot = RobotFile::read(&robot_path)?;
         let process_path = root.optional("process", |root, key| named_file(root, key, path))?;
@@ -148,13 +150,24 @@ impl ModelFile {
         let effects = root.each_table("effect", |table| ModelEffect::read(table, &robot))?;
         warn_of_twins(&effects, &robot, path);
         let known = KnownEffect::read_all(&root, &robot)?;
+        let accuracy = Accuracy::read(&root)?;
         // Of these effects, and of others of the library.
         let own = |id: &str| effects.iter().map(|e| e.effect.kind).find(|kind| kind.id == id);
         let kind = |id: &str| own(id).or_else(|| EffectKind::of(id));
         let posterior =
             root.optional_table("posterior", |table| Posterior::read(table, kind, &robot))?;
         let path = path.to_owned();
-        Ok(Self { path, robot, robot_path, process, process_path, effects, known, posterior })
+        Ok(Self {
+            path,
+            robot,
+            robot_path,
+            process,
+            process_path,
+            effects,
+            known,
+            accuracy,
+            posterior,
+        })
     }
 
     /// Digest of all that a posterior belongs to, itself with it: SHA-256, hexadecimal. Where files
@@ -171,6 +184,7 @@ impl ModelFile {
             self.write_effect(&mut text, effect, &EffectComments::default());
         }
         self.known.iter().for_each(|known| self.write_known(&mut text, known));
+        self.write_accuracy(&mut text);
         if let Some(posterior) = &self.posterior {
             self.write_posterior(&mut text, posterior, "");
         }

@@ -28,6 +28,7 @@ impl ModelFile {
             text.push('\n');
             self.write_known(&mut text, known);
         }
+        self.write_accuracy(&mut text);
         if let Some(posterior) = &self.posterior {
             text.push('\n');
             self.write_posterior(&mut text, posterior, &comments.posterior);
@@ -78,6 +79,14 @@ impl ModelFile {
             .collect();
         if !open.is_empty() {
             line(text, "deviation", format!("{{ {} }}", open.join(", ")));
+        }
+    }
+
+    /// Nothing where any error that is seen counts.
+    pub(super) fn write_accuracy(&self, text: &mut String) {
+        for (k, (key, value)) in self.accuracy.entries().enumerate() {
+            text.push_str(if k == 0 { "\n[accuracy]\n" } else { "" });
+            line(text, key, number(value));
         }
     }
 
