@@ -34,6 +34,7 @@ mod inputs;
 mod measured;
 mod names;
 mod new_law;
+mod plan;
 mod record;
 mod register;
 mod repeat;
@@ -95,6 +96,8 @@ enum Command {
     Identify(identify::Arguments),
     /// Find where the tracker stands and what it sees of the tool, whatever the size
     Register(register::Arguments),
+    /// Show what experiments would tell of each effect, before any is made
+    Plan(plan::Arguments),
     /// Record logs of a simulated cell, as a laboratory would
     Record(record::Arguments),
     /// Check input files of any kind, and folders of logs and campaigns
@@ -142,6 +145,7 @@ impl Arguments {
             Some(Command::Improve(arguments)) => improve::run(arguments),
             Some(Command::Identify(arguments)) => identify::run(arguments),
             Some(Command::Register(arguments)) => register::run(arguments),
+            Some(Command::Plan(arguments)) => plan::run(arguments),
             Some(Command::Record(arguments)) => record::run(arguments),
             Some(Command::Check(arguments)) => check::run(arguments),
             Some(Command::NewLaw(arguments)) => new_law::run(arguments),

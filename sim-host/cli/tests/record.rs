@@ -205,3 +205,31 @@ fn a_protocol_that_cannot_be_recorded_is_refused_at_its_place() {
     let told = place.refused(&["record", "protocol.toml", "--out", "campaign"]);
     assert!(told.contains("missing key `robot`"), "{told}");
 }
+
+#[test]
+fn what_experiments_would_show_is_said_before_they_are_made() {
+    let place = Workspace::new();
+    let protocol = fixture("protocols/unknown-stiffness.toml");
+    place.done(&["plan", &protocol, "--json", "plan.json", "--html", "plan.html", "-q"]);
+    let json = place.json("plan.json");
+    let all = |key: &str| json[key].as_array().unwrap().clone();
+    let is = |e: &serde_json::Value, effect: &str| e["effect"].as_str() == Some(effect);
+    // Loads at rest know of stiffness, and nothing of friction or of a process.
+    assert!(all("shown").iter().any(|e| is(e, "nonlinear-stiffness") && e["best_log"] == "loads"));
+    for effect in ["joint-friction", "drag-error", "channel-delay"] {
+        assert!(all("shown").iter().all(|e| !is(e, effect)), "{effect}");
+        assert!(all("not_shown").iter().any(|e| is(e, effect)), "{effect}");
+    }
+    // A base that gives and a first bearing that gives are the same to them.
+    let base = |pair: &&serde_json::Value| {
+        is(&pair["first"], "base-compliance") && is(&pair["second"], "bearing-tilt")
+    };
+    assert!(all("confusable").iter().any(|pair| base(&pair)));
+    // Nothing is left behind, and another robot may be asked about.
+    assert_eq!(place.files(), ["plan.html", "plan.json"]);
+    let robot = fixture("robots/kr500-mt.toml");
+    place.done(&["plan", &protocol, "--robot", &robot, "--json", "same.json", "-q"]);
+    assert_eq!(place.json("same.json")["shown"], json["shown"]);
+    let refused = place.refused(&["plan", &protocol, "--robot", "none.toml"]);
+    assert!(refused.contains("none.toml"), "{refused}");
+}

@@ -43,6 +43,7 @@
 
 mod calibration_selection;
 mod confuse;
+mod detectability;
 mod diagnosis;
 pub mod discover;
 mod equivalent_calibrations;
@@ -61,6 +62,7 @@ mod screen;
 mod search;
 
 pub use confuse::Confusable;
+pub use detectability::{Detectability, ShownEffect, detectability};
 pub use diagnosis::{
     Candidate, Diagnosed, Diagnosis, DiagnosisFits, DiagnosisVerdict, ExplainedPart, Incomplete,
     ProgressCallback, diagnose,

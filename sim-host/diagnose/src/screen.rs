@@ -326,14 +326,21 @@ pub(crate) fn likeliest<'s>(
     places.into_iter().map(|k| all[k]).collect()
 }
 
-/// Screens every effect that is no calibration, at every place, and the user's own. Best first.
-pub(crate) fn screen(ctx: &SearchContext<'_>) -> Vec<ScreenedEffect> {
+/// Every effect that is no calibration, at every place, and the user's own, but for those that are
+/// known.
+pub(crate) fn screened_kinds(
+    problem: &FitProblem,
+) -> impl Iterator<Item = (&'static EffectKind, Location)> {
     let of_library = library()
         .filter(|k| !is_calibration(k))
         .flat_map(|k| k.places().into_iter().map(move |at| (k, at)));
-    let own = ctx.problem.own.iter().map(|effect| (effect.kind, effect.at));
-    let of_library = of_library.filter(|(kind, at)| !ctx.problem.is_known(kind, *at));
-    let all: Vec<(&'static EffectKind, Location)> = of_library.chain(own).collect();
+    let own = problem.own.iter().map(|effect| (effect.kind, effect.at));
+    of_library.filter(|(kind, at)| !problem.is_known(kind, *at)).chain(own)
+}
+
+/// Screens every one of them. Best first.
+pub(crate) fn screen(ctx: &SearchContext<'_>) -> Vec<ScreenedEffect> {
+    let all: Vec<(&'static EffectKind, Location)> = screened_kinds(ctx.problem).collect();
     let mut screened: Vec<ScreenedEffect> = all
         .par_iter()
         .filter(|_| !ctx.problem.is_late())

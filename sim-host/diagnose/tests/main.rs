@@ -1,5 +1,6 @@
 //! Diagnosis of logs and files as they come.
 
+mod accuracy;
 mod any_file;
 mod evidence;
 mod fit;

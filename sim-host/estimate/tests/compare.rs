@@ -353,4 +353,8 @@ fn noise_that_is_not_stated_is_estimated_and_said_to_be() {
         ["A1", "A2", "A3"]
     );
     assert!((1e-4..1e-2).contains(&second.rmse), "{}", second.rmse);
+    // What readings scatter by says nothing of how true they are.
+    assert!(second.noise < 1e-6 && second.accuracy > 1e-5, "{second:?}");
+    let floor = second.noise.hypot(second.accuracy);
+    assert!((second.score * floor / second.rmse - 1.0).abs() < 1e-3, "{second:?}");
 }

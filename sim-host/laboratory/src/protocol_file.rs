@@ -38,7 +38,7 @@ use std::path::Path;
 use trueweld_core::{JOINTS, JointVector, Wrench};
 use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{
-    Bounds, Control, FileKind, InputError, InputFile, ModelEffect, ModelFile, Sensors,
+    Bounds, Control, FileKind, InputError, InputFile, ModelEffect, ModelFile, RobotFile, Sensors,
     TomlDocument, TomlTable, Weld, folder_of, read_text,
 };
 
@@ -150,8 +150,16 @@ impl ProtocolFile {
     /// # Errors
     /// The first thing in any of them that does not fit, with its place.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, InputError> {
+        Self::read_for(path, None)
+    }
+
+    /// The same; `robot`: a robot file in place of the one that it names.
+    ///
+    /// # Errors
+    /// As [`ProtocolFile::read`].
+    pub fn read_for(path: impl AsRef<Path>, robot: Option<&Path>) -> Result<Self, InputError> {
         let (_, text) = read_text(path.as_ref())?;
-        Self::parse(&text, path.as_ref())
+        Self::parse_for(&text, path.as_ref(), robot)
     }
 
     /// Reads a protocol from text that stands, or will stand, at `path`.
@@ -159,6 +167,10 @@ impl ProtocolFile {
     /// # Errors
     /// As [`ProtocolFile::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
+        Self::parse_for(text, path, None)
+    }
+
+    fn parse_for(text: &str, path: &Path, robot: Option<&Path>) -> Result<Self, InputError> {
         let document = TomlDocument::parse(text, &path.display().to_string())?;
         let root = document.root_of(FileKind::Protocol.schema())?;
         root.only(&[
@@ -176,7 +188,11 @@ impl ProtocolFile {
             "log",
         ])?;
         let folder = folder_of(path);
-        let model = model(&root, path)?;
+        let mut model = model(&root, path)?;
+        if let Some(robot) = robot {
+            model.robot = RobotFile::read(robot)?;
+            robot.clone_into(&mut model.robot_path);
+        }
         let effects =
             root.each_table("effect", |table| Ok(ModelEffect::read(table, &model.robot)?.effect))?;
         let tables = root.tables("log")?;

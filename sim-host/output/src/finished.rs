@@ -6,7 +6,7 @@ use std::path::Path;
 use trueweld_core::Robot;
 use trueweld_diagnose::discover::Discovery;
 use trueweld_diagnose::improve::Improvement;
-use trueweld_diagnose::{Diagnosis, Explanation, ExplanationReason};
+use trueweld_diagnose::{Detectability, Diagnosis, Explanation, ExplanationReason};
 use trueweld_estimate::identify::Identification;
 use trueweld_estimate::identify::plan::{PlanOptions, StiffnessPlan};
 use trueweld_estimate::log_faults::{Found, Registered};
@@ -232,6 +232,19 @@ impl RecordedLog {
             time_s: [time[0], time[time.len() - 1]],
         }
     }
+}
+
+/// What experiments would show, before they are made.
+#[derive(Clone, Copy)]
+pub struct PlanReport<'a> {
+    /// The model of the cell.
+    pub model: &'a ModelFile,
+    /// The experiments, in the protocol's order.
+    pub logs: &'a [RecordedLog],
+    /// What they would show.
+    pub detectability: &'a Detectability,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
 }
 
 /// Trackers that were registered.

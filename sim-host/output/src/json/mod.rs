@@ -17,6 +17,7 @@ pub(crate) mod laws;
 mod log_fault;
 pub(crate) mod log_faults;
 mod mountings;
+pub(crate) mod plan;
 pub(crate) mod register;
 pub(crate) mod study;
 pub(crate) mod tune;

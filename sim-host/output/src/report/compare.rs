@@ -1,5 +1,6 @@
 //! A model against measurements.
 
+use super::error_fall::level;
 use super::residuals::{ColumnComparison, map, score_bar};
 use super::{PublishedResult, Report};
 use crate::CompareReport;
@@ -87,7 +88,7 @@ fn channel_row(channel: &ChannelComparison, highest: f64, asked: bool) -> Vec<Ta
         number(quantity(channel.max)),
         number(format!("{sign}{}", quantity(channel.noise))),
     ];
-    row.extend(asked.then(|| number(quantity(channel.accuracy))));
+    row.extend(asked.then(|| number(level(channel.accuracy, Scale::small(channel.unit)))));
     row.push(number(fixed(channel.score, 2)).with_bar(score_bar(channel.score, highest)));
     row
 }

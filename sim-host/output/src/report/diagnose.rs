@@ -220,12 +220,9 @@ impl DiagnoseReport<'_> {
         let columns: [Column<'_, Limits>; 3] = [
             (words("effect"), &|line| words(line.kind.id)),
             (words("size"), &|line| words(line.size.clone())),
-            (words("by place"), &|line| {
-                let places = line.places.iter().map(|(at, size)| format!("{at} {size}"));
-                words(places.collect::<Vec<_>>().join("; ").trim())
-            }),
+            (words("by place"), &|line| words(line.by_place())),
         ];
-        Table::of(limits(self.diagnosis, &self.model.robot), &columns)
+        Table::of(limits(&self.diagnosis.limits, &self.model.robot), &columns)
     }
 
     fn confusable(&self) -> Table {

@@ -11,6 +11,11 @@ use trueweld_estimate::residuals::error::ChannelError;
 /// Channels drawn at most.
 const DRAWN_CHANNELS: usize = 4;
 
+/// A quantity; nothing where it is none.
+pub(super) fn level(value: f64, scale: Scale) -> String {
+    if value > 0.0 { scale.quantity(value) } else { String::new() }
+}
+
 /// Names of models that half of a page's width has room for.
 const NAMES_BESIDE_MAX: usize = 3;
 
@@ -38,7 +43,7 @@ impl ErrorFall<'_> {
             };
             row.extend(self.steps.iter().map(of_step));
             row.push(number(scale.quantity(error.noise)));
-            row.extend(asked.then(|| number(scale.quantity(error.accuracy))));
+            row.extend(asked.then(|| number(level(error.accuracy, scale))));
             let last = self.steps.last().and_then(|(_, errors)| errors.get(k));
             let explained = last.map_or(0.0, |last| last.explained(error));
             row.push(number(if explained > 0.0 { share(explained) } else { String::new() }));

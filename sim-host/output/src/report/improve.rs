@@ -2,7 +2,7 @@
 //! from.
 
 use super::diagnose::evidence;
-use super::error_fall::ErrorFall;
+use super::error_fall::{ErrorFall, level};
 use super::residuals::{BEFORE_AND_AFTER_COLUMNS, before_and_after, score_bar};
 use super::{PublishedResult, Report};
 use crate::ImproveReport;
@@ -92,25 +92,25 @@ impl ImproveReport<'_> {
         let cell = |value: f64| number(score(value)).with_bar(score_bar(value, highest));
         let first = &self.improvement.first().errors;
         let of_channels = |value: &dyn Fn(&ChannelError) -> f64, errors: &[ChannelError]| {
-            let quantity = |e: &ChannelError| number(Scale::small(e.unit).quantity(value(e)));
+            let quantity = |e: &ChannelError| number(level(value(e), Scale::small(e.unit)));
             errors.iter().map(quantity).collect::<Vec<_>>()
         };
         let row = |(k, step): (usize, &ImprovementStep)| {
             let scores = [words(self.step(k)), cell(step.score), cell(step.held_out)];
             scores.into_iter().chain(of_channels(&|e| e.rmse, &step.errors)).collect()
         };
-        let level = |name: &str, value: &dyn Fn(&ChannelError) -> f64| {
+        let floor = |name: &str, value: &dyn Fn(&ChannelError) -> f64| {
             let any = first.iter().any(|e| value(e) > 0.0);
             let scores = [words(name), number(""), number("")];
             any.then(|| scores.into_iter().chain(of_channels(value, first)).collect())
         };
-        let levels = [level("noise", &|e| e.noise), level("accuracy", &|e| e.accuracy)];
+        let floors = [floor("noise", &|e| e.noise), floor("accuracy", &|e| e.accuracy)];
         let rows: Vec<Vec<TableCell>> = steps.iter().enumerate().map(row).collect();
         let scores = [words(""), number("score, fitted"), number("not fitted")];
         let channels = first.iter().map(|e| number(channel(e)));
         Table {
             head: vec![scores.into_iter().chain(channels).collect()],
-            rows: rows.into_iter().chain(levels.into_iter().flatten()).collect(),
+            rows: rows.into_iter().chain(floors.into_iter().flatten()).collect(),
         }
     }
 

@@ -10,6 +10,7 @@ mod import;
 mod improve;
 mod laws;
 mod log_faults;
+mod plan;
 mod record;
 mod register;
 mod residuals;
@@ -127,6 +128,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         of(crate::DiagnoseReport::json),
         of(crate::ImproveReport::json),
         of(crate::RecordReport::json),
+        of(crate::PlanReport::json),
         of(crate::RegisterReport::json),
         of(crate::ImportReport::json),
         of(crate::IdentifyReport::json),

@@ -12,6 +12,7 @@ use trueweld_diagnose::{
     FittedEffect, Incomplete, Mountings,
 };
 use trueweld_estimate::residuals::compare::{LogComparison, NOISE_FLOOR_SCORE};
+use trueweld_estimate::residuals::error::ChannelError;
 use trueweld_estimate::residuals::localize::{Finding, foremost};
 use trueweld_plant::effects::{Action, Effect, EffectKind, Location, Parameter};
 use trueweld_plant::input::{ModelFile, RobotFile, unit_suffix};
@@ -211,6 +212,14 @@ fn partial_explanation(diagnosis: &Diagnosis, best: &Candidate, robot: &RobotFil
     }
 }
 
+/// What an error must be above to count.
+fn floor(errors: &[ChannelError]) -> &'static str {
+    match errors.iter().any(|e| e.accuracy > 0.0) {
+        true => "noise and the accuracy asked for",
+        false => "the noise floor",
+    }
+}
+
 /// The finding in a sentence or two, of whatever kind it is; `next`: what to record next, in a sentence.
 pub(crate) fn verdict(
     diagnosis: &Diagnosis,
@@ -275,8 +284,9 @@ pub(crate) fn verdict(
             "{calibrated}; beside it no effect lowers the error where it was not fitted by more than chance would."
         ),
         _ if diagnosis.score_before <= NOISE_FLOOR_SCORE => format!(
-            "Nothing is missing above the noise floor (score {before}): no effect lowers the error where it was not fitted by more \
-             than chance would."
+            "Nothing is missing above {} (score {before}): no effect lowers the error where it was not fitted by more than chance \
+             would.",
+            floor(&diagnosis.errors.before)
         ),
         _ => format!(
             "The model is off by more than the noise (score {before}), but no effect or calibration lowers the error where it was \
@@ -398,10 +408,21 @@ pub(crate) struct Limits {
     pub places: Vec<(String, String)>,
 }
 
+impl Limits {
+    /// Places with their sizes in a line.
+    pub(crate) fn by_place(&self) -> String {
+        let places = self.places.iter().map(|(at, size)| format!("{at} {size}"));
+        places.collect::<Vec<_>>().join("; ").trim().to_owned()
+    }
+}
+
 /// Detection limits, a line a kind, in the order of the library; places in the order of the robot.
-pub(crate) fn limits(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<Limits> {
+pub(crate) fn limits<'l>(
+    all: impl IntoIterator<Item = &'l EffectLimit>,
+    robot: &RobotFile,
+) -> Vec<Limits> {
     let mut all: Vec<&EffectLimit> =
-        diagnosis.limits.iter().filter(|limit| limit.value.is_finite()).collect();
+        all.into_iter().filter(|limit| limit.value.is_finite()).collect();
     let place = |at: Location| match at {
         Location::Joint(joint) => joint,
         Location::Channel(channel) => channel as usize,
@@ -598,7 +619,7 @@ mod tests {
     #[test]
     fn limits_stand_in_the_order_of_the_joints() {
         let parts = sample::diagnosis(DiagnosisVerdict::Adequate);
-        let limits = limits(&parts.diagnosis, &parts.model.robot);
+        let limits = limits(&parts.diagnosis.limits, &parts.model.robot);
         assert_eq!(limits.len(), 1);
         let expected = [("A1", "0.00530"), ("A5", "0.00530")]
             .map(|(at, size)| (at.to_owned(), size.to_owned()));

@@ -663,3 +663,27 @@ fn controllers_and_sensors_are_read_by_their_tables() {
     }
     assert_eq!(sensor_numbers().len(), 26);
 }
+
+#[test]
+fn what_a_model_asks_of_its_predictions_is_read_and_written_again() {
+    let path = fixture("models/cable-drag.toml");
+    let given = fs::read_to_string(&path).unwrap();
+    let asked = "\n[accuracy]\ntcp_position_m = 1e-4\nforce_n = 50.0\n";
+    let model = ModelFile::parse(&(given.clone() + asked), &path).unwrap();
+    let said = [("tcp_position_m", 1e-4), ("force_n", 50.0)];
+    assert_eq!(model.accuracy.entries().collect::<Vec<_>>(), said);
+    let again =
+        ModelFile::parse(&model.to_toml(path.parent().unwrap(), &Default::default()), &path);
+    assert_eq!(again.unwrap().accuracy, model.accuracy);
+    for (wrong, needles) in [
+        ("tcp_position_mm = 0.1", &["unknown key", "Did you mean `tcp_position_m`?"][..]),
+        ("tcp_position_m = 0.0", &["[accuracy]", "tcp_position_m"]),
+        ("tcp_position_m = 10.0", &["[accuracy]", "tcp_position_m"]),
+        ("force_n = \"50 N\"", &["[accuracy]", "force_n"]),
+    ] {
+        let error =
+            ModelFile::parse(&format!("{given}\n[accuracy]\n{wrong}\n"), &path).unwrap_err();
+        let shown = rendered(&error);
+        needles.iter().for_each(|needle| assert!(shown.contains(needle), "{needle}: {shown}"));
+    }
+}
