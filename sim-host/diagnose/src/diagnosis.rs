@@ -10,6 +10,7 @@ use crate::found::{
 };
 use crate::gate::{HeldOutGain, may_be_named};
 use crate::gross_calibration::gross_calibration;
+use crate::log_evidence::RivalNoise;
 use crate::mountings::{self, Mountings};
 use crate::rules::{
     self, exceeds_noise, excess_chi_square, held_out_score, is_significant, noise_chi_square,
@@ -100,6 +101,9 @@ pub struct Candidate {
     pub held_out_after: f64,
     /// How likely this explanation is, given the data and the library.
     pub probability: f64,
+    /// Evidence for it against none: the difference of the log scores on held-out blocks, less the
+    /// logarithm of how many were tried, nats.
+    pub evidence: f64,
     /// Share of what was above the floor that is still there.
     pub left: f64,
     /// True where it may be named: the logs tell its values from no effect, and it predicts rows
@@ -123,6 +127,7 @@ impl Candidate {
             held_out_before: score_before,
             held_out_after: held_out_score(fitted),
             probability: 0.0,
+            evidence: 0.0,
             left: excess_chi_square(problem, &fitted.residuals) / excess_before,
             may_be_named: false,
             indistinguishable: Vec::new(),
@@ -636,6 +641,10 @@ fn weigh(
     let (best, noise) = (costs[0], noise_chi_square(ctx.problem).max(1.0));
     // What is left above the floor says how far the sum of squares can be trusted.
     let inflation = rules::variance_inflation(first);
+    let noise_left = RivalNoise::left_by(ctx.problem, ctx.blocks, first);
+    for (candidate, fitted) in candidates.iter_mut().zip(fits) {
+        candidate.evidence = noise_left.gain(ctx.null, fitted) - (tried.max(1) as f64).ln();
+    }
     let weight = |cost: f64| (-0.5 * (cost - best).max(0.0) / inflation).exp();
     // What may not be named is no explanation. Where it fits better than they do by more than a tie,
     // "none of these" is the likelier.

@@ -55,6 +55,7 @@ mod found;
 mod gate;
 mod gross_calibration;
 pub mod improve;
+mod log_evidence;
 mod mountings;
 pub mod posterior;
 pub mod rules;

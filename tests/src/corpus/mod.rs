@@ -97,6 +97,9 @@ pub struct Named {
     pub effects: Vec<String>,
     /// Its probability.
     pub probability: f64,
+    /// Evidence for it against none, nats.
+    #[serde(default)]
+    pub evidence: f64,
     /// Sum of squares and priors that it leaves.
     pub cost: f64,
     /// True where the data do not tell it from the first.
@@ -256,6 +259,7 @@ fn judged(
     let named = fitted.enumerate().map(|(k, (c, fitted))| Named {
         effects: c.effects.iter().map(|f| in_words(&f.effect)).collect(),
         probability: c.probability,
+        evidence: c.evidence,
         cost: fitted.cost,
         tie: ties.contains(&k),
     });

@@ -164,6 +164,19 @@ impl Autoregression {
     }
 }
 
+/// Long-run variance over variance of the residuals of every level: how many values count as one,
+/// where residuals follow each other. At least 1, and at most all of a column's.
+pub fn long_run_ratios(columns: &[ResidualColumn], residual: &[f64]) -> Vec<f64> {
+    let of_level = |(level, covariance): (usize, Vec<f64>)| {
+        let own = || columns.iter().filter(|c| c.level == level).map(|c| c.at.len());
+        let process = Autoregression::of(&covariance, own().sum());
+        let memory = 1.0 - process.coefficients.iter().sum::<f64>();
+        let longest = own().max().unwrap_or(1).max(1) as f64;
+        (1.0 / (process.gain * memory * memory)).clamp(1.0, longest)
+    };
+    autocovariance(columns, residual).into_iter().enumerate().map(of_level).collect()
+}
+
 /// What noise makes of the gradient of one log: its covariance over the values that the log sees.
 /// `processes`: of every level.
 fn gradient(

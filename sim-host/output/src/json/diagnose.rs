@@ -116,6 +116,10 @@ result! {
         holdout_score_after: Option<f64> = finite(candidate.held_out_after),
         /// How likely it is.
         probability: Option<f64> = finite(candidate.probability),
+        /// Evidence for it against none: the difference of the log scores on rows left out of the fit, less
+        /// the logarithm of how many were tried, nats.
+        #[serde(default)]
+        evidence_nats: Option<f64> = finite(candidate.evidence),
         /// Share of what is above the noise floor that it leaves.
         left: Option<f64> = finite(candidate.left),
         /// Effects that the data do not tell from it.
