@@ -38,7 +38,8 @@ impl Report for ImproveReport<'_> {
         document.push(Block::Lead(self.verdict()));
         document.push(Block::List(self.laws()));
         document.push(Block::Note(self.setting()));
-        document.table("Step by step: scores, and RMS errors where nothing was fitted", self.steps());
+        document
+            .table("Step by step: scores, and RMS errors where nothing was fitted", self.steps());
         document.figures("How the error falls where nothing was fitted", self.fall().pictures());
         if improvement.is_any() {
             let found = super::discover::curves(&improvement.discovered, &self.model.robot);
