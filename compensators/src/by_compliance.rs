@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, SMatrix};
 use trueweld_core::compensation::Observation;
+use trueweld_core::state::{StateResult, StateVisitor, Stateful};
 use trueweld_core::{Frames, JOINTS, JointVector, Real, Robot, Wrench};
 
 /// A column a joint, rows angular first.
@@ -57,4 +58,14 @@ fn in_w<T: Real>(
     columns.fixed_rows_mut::<3>(0).copy_from(&turned(0));
     columns.fixed_rows_mut::<3>(3).copy_from(&turned(3));
     columns
+}
+
+impl<T: Real> Stateful for ByCompliance<T> {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        let blank = (ByJoint::zeros(), JointVector::zeros());
+        visitor.option(&mut self.taught, blank, |visitor, (jacobian, torsion)| {
+            visitor.matrix(jacobian)?;
+            visitor.matrix(torsion)
+        })
+    }
 }

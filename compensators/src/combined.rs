@@ -14,6 +14,7 @@ use crate::gain::{GainError, positive, usable_period};
 use nalgebra::SVector;
 use trueweld_core::compensation::{Compensator, Observation, shortened};
 use trueweld_core::scalar::lit;
+use trueweld_core::state::{StateResult, StateVisitor};
 use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// Gains of a combination: `[law."FIRST+SECOND"]` of a control file.
@@ -160,5 +161,19 @@ impl<T: Real, A: Compensator<T>, B: Compensator<T>> Compensator<T> for Combined<
         let demand = self.within(Twist::from_vector(&(source + self.offset)));
         self.last = Some((from_first, demand.to_vector()));
         Ok(demand)
+    }
+
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.first.visit_state(visitor)?;
+        self.second.visit_state(visitor)?;
+        visitor.option(
+            &mut self.last,
+            ([false; 6], SVector::zeros()),
+            |visitor, (from_first, last)| {
+                from_first.iter_mut().try_for_each(|flag| visitor.flag(flag))?;
+                visitor.matrix(last)
+            },
+        )?;
+        visitor.matrix(&mut self.offset)
     }
 }

@@ -14,6 +14,7 @@ use nalgebra::SVector;
 use trueweld_core::compensation::{DeviationMeasurement, Observation};
 use trueweld_core::control::RepeatCounter;
 use trueweld_core::scalar::lit;
+use trueweld_core::state::{StateResult, StateVisitor, Stateful};
 use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// Largest age of a measurement, periods.
@@ -129,6 +130,24 @@ fn direction<T: Real>(measurement: &DeviationMeasurement<T>) -> usize {
         if a.abs() > most { (i, a.abs()) } else { (k, most) }
     });
     most.0
+}
+
+impl<T: Real> Stateful for DeviationHistory<T> {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        let length = visitor.length(self.past.len(), HISTORY_PERIODS)?;
+        if length != self.past.len() {
+            self.past.clear();
+            // No more than there is room for.
+            for _ in 0..length {
+                let _ = self.past.push_back(Twist::zero());
+            }
+        }
+        self.past.iter_mut().try_for_each(|beyond| visitor.twist(beyond))?;
+        self.read.iter_mut().try_for_each(|read| {
+            read.equal.visit_state(visitor)?;
+            visitor.scalar_option(&mut read.innovation)
+        })
+    }
 }
 
 #[cfg(test)]

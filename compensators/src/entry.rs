@@ -10,6 +10,7 @@ use std::fmt;
 use std::sync::{Arc, OnceLock};
 use toml::Table;
 use trueweld_core::compensation::{Compensator, Observation};
+use trueweld_core::state::{StateResult, StateVisitor};
 use trueweld_core::{Fault, Robot, Twist};
 
 /// Between the names of two laws that are combined.
@@ -21,6 +22,31 @@ pub type GainTables = BTreeMap<String, Table>;
 
 /// A law on the heap.
 type Boxed = Box<dyn Compensator<f64>>;
+
+/// A law on the heap as what it is: part of another, or of a controller that owns it.
+pub struct OwnedLaw(pub Box<dyn Compensator<f64>>);
+
+impl Compensator<f64> for OwnedLaw {
+    fn reset(&mut self) {
+        self.0.reset();
+    }
+
+    fn freeze(&mut self) {
+        self.0.freeze();
+    }
+
+    fn demand(
+        &mut self,
+        robot: &Robot<f64>,
+        observation: &Observation<'_, f64>,
+    ) -> Result<Twist<f64>, Fault> {
+        self.0.demand(robot, observation)
+    }
+
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.0.visit_state(visitor)
+    }
+}
 
 /// A law of a list: a [`Law`] with its type erased, or two of them [`Combined`].
 #[derive(Clone)]
@@ -147,7 +173,7 @@ impl Entry {
             LawRecipe::Combined(laws) => {
                 let [first, second] = &**laws;
                 let inner = [first.build(gains, setup)?, second.build(gains, setup)?];
-                combine(inner.map(Inner), own, setup)
+                combine(inner.map(OwnedLaw), own, setup)
             }
         };
         built.map_err(|refusal| BuildError {
@@ -167,7 +193,7 @@ impl fmt::Debug for Entry {
     }
 }
 
-fn combine(inner: [Inner; 2], own: Table, setup: &Setup<f64>) -> Result<Boxed, Refusal> {
+fn combine(inner: [OwnedLaw; 2], own: Table, setup: &Setup<f64>) -> Result<Boxed, Refusal> {
     let [first, second] = inner;
     let gains: CombinedGains = own.try_into().map_err(Refusal::Table)?;
     let law = Combined::new(first, second, &gains, setup.period).map_err(Refusal::Gain)?;
@@ -177,27 +203,6 @@ fn combine(inner: [Inner; 2], own: Table, setup: &Setup<f64>) -> Result<Boxed, R
 /// Gains as a file has them. Gains that are no table of TOML values have no keys.
 fn table(gains: &impl serde::Serialize) -> Table {
     Table::try_from(gains).unwrap_or_default()
-}
-
-/// A law on the heap as part of another.
-struct Inner(Boxed);
-
-impl Compensator<f64> for Inner {
-    fn reset(&mut self) {
-        self.0.reset();
-    }
-
-    fn freeze(&mut self) {
-        self.0.freeze();
-    }
-
-    fn demand(
-        &mut self,
-        robot: &Robot<f64>,
-        observation: &Observation<'_, f64>,
-    ) -> Result<Twist<f64>, Fault> {
-        self.0.demand(robot, observation)
-    }
 }
 
 static LIBRARY: OnceLock<Vec<Entry>> = OnceLock::new();

@@ -9,6 +9,7 @@
 
 use nalgebra::{SMatrix, SVector};
 use trueweld_core::scalar::lit;
+use trueweld_core::state::{StateResult, StateVisitor, Stateful};
 use trueweld_core::{JOINTS, Real};
 
 /// An unknown is held within so many of its prior deviations.
@@ -83,5 +84,12 @@ impl<T: Real, const N: usize> Estimate<T, N> {
             }
             self.covariance[(i, i)] = self.prior[i] * self.prior[i];
         }
+    }
+}
+
+impl<T: Real, const N: usize> Stateful for Estimate<T, N> {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        visitor.matrix(&mut self.unknown)?;
+        visitor.matrix(&mut self.covariance)
     }
 }

@@ -20,6 +20,7 @@ use crate::gain::{GainError, positive, usable_period};
 use nalgebra::Vector2;
 use trueweld_core::compensation::{Compensator, Observation, shortened};
 use trueweld_core::scalar::{all_finite, lit};
+use trueweld_core::state::{StateResult, StateVisitor};
 use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// Gains of the outer integral.
@@ -99,5 +100,10 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for OuterIntegral<T, L> {
         demand.linear.x += self.correction.x;
         demand.linear.y += self.correction.y;
         Ok(demand)
+    }
+
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.inner.visit_state(visitor)?;
+        visitor.matrix(&mut self.correction)
     }
 }

@@ -23,6 +23,7 @@ use crate::error::Fault;
 use crate::robot::Robot;
 use crate::scalar::{JointVector, Real};
 use crate::spatial::{Pose, Twist, Wrench};
+use crate::state::{StateError, StateResult, StateVisitor, Stateful};
 use nalgebra::{Matrix3, SVector, Vector2, Vector3};
 
 /// What an instrument outside the robot (a seam sensor, a tracker, a touch probe) saw of the tool's
@@ -170,6 +171,15 @@ pub trait Compensator<T: Real> {
         robot: &Robot<T>,
         observation: &Observation<'_, T>,
     ) -> Result<Twist<T>, Fault>;
+
+    /// Shows its state, as [`Stateful`] does.
+    ///
+    /// # Errors
+    /// [`StateError`]; [`StateError::Unsupported`] where a law does not list it.
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        let _ = visitor;
+        Err(StateError::Unsupported)
+    }
 }
 
 impl<T: Real, L: Compensator<T> + ?Sized> Compensator<T> for &mut L {
@@ -187,6 +197,10 @@ impl<T: Real, L: Compensator<T> + ?Sized> Compensator<T> for &mut L {
         observation: &Observation<'_, T>,
     ) -> Result<Twist<T>, Fault> {
         (**self).demand(robot, observation)
+    }
+
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        (**self).visit_state(visitor)
     }
 }
 
@@ -395,5 +409,27 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
     pub fn correction(&self) -> Twist<T> {
         let c = self.lateral.correction();
         Twist { angular: *self.orientation.correction(), linear: Vector3::new(c.x, c.y, T::zero()) }
+    }
+}
+
+impl<T: Real, const D: usize> Stateful for CorrectionLoop<T, D> {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        visitor.matrix(&mut self.correction)
+    }
+}
+
+impl<T: Real, C: HybridController<T>, L: Compensator<T>> Stateful for Compensated<T, C, L> {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.controller.visit_state(visitor)?;
+        self.law.visit_state(visitor)?;
+        self.lateral.visit_state(visitor)?;
+        self.orientation.visit_state(visitor)?;
+        self.force_sensor.visit_state(visitor)?;
+        visitor.scalar_option(&mut self.path)?;
+        let untaught = (Twist::zero(), Matrix3::zeros());
+        visitor.option(&mut self.taught, untaught, |visitor, (way, axes)| {
+            visitor.twist(way)?;
+            visitor.matrix(axes)
+        })
     }
 }

@@ -5,6 +5,7 @@
 //! Processing, 7.2.
 
 use crate::scalar::{Real, lit};
+use crate::state::{StateResult, StateVisitor, Stateful};
 use heapless::Deque;
 
 /// A filter with a stated delay.
@@ -159,5 +160,17 @@ impl<F: Clone, const N: usize> FilterBank<F, N> {
         for (v, filter) in value.iter().zip(&mut self.0) {
             filter.initialize(*v);
         }
+    }
+}
+
+impl<T: Real> Stateful for Biquad<T> {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        visitor.scalars(&mut self.state)
+    }
+}
+
+impl<F: Stateful, const N: usize> Stateful for FilterBank<F, N> {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.0.iter_mut().try_for_each(|filter| filter.visit_state(visitor))
     }
 }

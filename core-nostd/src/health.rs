@@ -21,6 +21,7 @@
 //! such averages the one that is late by exactly τ for slow changes, at any period T. A sample that
 //! is not a number is passed over.
 
+use crate::state::{StateResult, StateVisitor, Stateful};
 // Always called by the trait's name: on a host, where std is somewhere in the build, f32's own
 // methods would be taken.
 use micromath::F32Ext;
@@ -177,4 +178,21 @@ impl SpindleLine {
 /// 1e-19.
 pub(crate) fn root(square: f32) -> f32 {
     if square > 0.0 { F32Ext::sqrt(square) } else { 0.0 }
+}
+
+impl Stateful for VibrationLevel {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        visitor.option(&mut self.moments, (0.0, 0.0), |visitor, (mean, variance)| {
+            visitor.single(mean)?;
+            visitor.single(variance)
+        })
+    }
+}
+
+impl Stateful for SpindleLine {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        visitor.option(&mut self.mean, 0.0, |visitor, mean| visitor.single(mean))?;
+        visitor.single(&mut self.cosine)?;
+        visitor.single(&mut self.sine)
+    }
 }

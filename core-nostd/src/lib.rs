@@ -14,7 +14,8 @@
 //!   once for a posture and shared;
 //! * [`rnea`], [`crba`], [`stiffness`]: rigid-body dynamics, torsion of the drives, the loaded pose;
 //! * [`filter`], [`pid`], [`control`]: hybrid force/position controllers, states as `Copy` structs;
-//! * [`compensation`]: a law's correction on top of a controller.
+//! * [`compensation`]: a law's correction on top of a controller;
+//! * [`state`]: what changes while they run, taken out and put back.
 //!
 //! One control period: a law sees the instruments, the corrected set-point goes to the controller.
 //! Where the loaded tool is, the model says:
@@ -60,6 +61,7 @@ pub mod robot;
 pub mod scalar;
 mod solve;
 pub mod spatial;
+pub mod state;
 pub mod stiffness;
 
 pub use counterbalance::{COUNTERBALANCE_POINTS, COUNTERBALANCE_TERMS, Counterbalance};

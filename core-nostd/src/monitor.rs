@@ -28,6 +28,7 @@
 use crate::control::{SensorReadings, Setpoint};
 use crate::health::{SpindleLine, VibrationLevel, root, share};
 use crate::scalar::{JOINTS, Real};
+use crate::state::{StateResult, StateVisitor, Stateful};
 use core::f32::consts::TAU;
 // Always called by the trait's name, as in `health`.
 use micromath::F32Ext;
@@ -294,5 +295,25 @@ impl Drive {
         let narrow = (s00 - a1 * s01 - a2 * s02).abs() < LINE_UNEXPLAINED_MAX * s00;
         let swings = a2 < 0.0 && -1.0 < cosine && cosine < 1.0;
         (narrow && swings).then(|| (F32Ext::acos(cosine), 0.5 * (1.0 + a2)))
+    }
+}
+
+impl Stateful for HealthMonitor {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        visitor.single(&mut self.angle)?;
+        visitor.option(&mut self.asked, 0.0, |visitor, push| visitor.single(push))?;
+        visitor.single(&mut self.still)?;
+        self.lines.iter_mut().try_for_each(|line| line.visit_state(visitor))?;
+        self.usual.iter_mut().try_for_each(|usual| visitor.single(usual))?;
+        self.vibration.visit_state(visitor)?;
+        self.drives.iter_mut().try_for_each(|drive| drive.visit_state(visitor))
+    }
+}
+
+impl Stateful for Drive {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.lines.iter_mut().try_for_each(|line| line.visit_state(visitor))?;
+        let numbers = self.past.iter_mut().chain(&mut self.sums);
+        numbers.chain([&mut self.held]).try_for_each(|number| visitor.single(number))
     }
 }

@@ -1,6 +1,7 @@
 //! A PID loop in parallel form with limited output and conditional integration.
 
 use crate::scalar::{Real, held};
+use crate::state::{StateResult, StateVisitor, Stateful};
 
 /// Gains of one loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,5 +74,12 @@ impl<T: Real> Pid<T> {
     /// What the integrator holds, in output units.
     pub fn integral(&self) -> T {
         self.integral
+    }
+}
+
+impl<T: Real> Stateful for Pid<T> {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        visitor.scalar(&mut self.integral)?;
+        visitor.scalar_option(&mut self.previous)
     }
 }

@@ -41,6 +41,7 @@ use crate::{FeedForward, OuterIntegral};
 use nalgebra::{SMatrix, SVector, Vector3};
 use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld_core::scalar::lit;
+use trueweld_core::state::{StateResult, StateVisitor, Stateful};
 use trueweld_core::{Fault, Real, Robot, Twist, Wrench};
 
 /// Unknowns: six compliances, two forces, two offsets.
@@ -239,5 +240,16 @@ impl<T: Real> Compensator<T> for Adaptive<T> {
             self.learn(&regressor, measurement, evenly);
         }
         Ok(planned + Twist::from_vector(&(regressor * self.estimate.unknown())))
+    }
+
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.estimate.visit_state(visitor)?;
+        self.history.visit_state(visitor)?;
+        let zero = T::zero();
+        visitor.option(&mut self.fed, (zero, zero, zero), |visitor, (path, speed, since)| {
+            visitor.scalars([path, speed, since])
+        })?;
+        self.by_compliance.visit_state(visitor)?;
+        visitor.flag(&mut self.frozen)
     }
 }

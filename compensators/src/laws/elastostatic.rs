@@ -21,6 +21,7 @@ use nalgebra::Vector2;
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::filter::{Biquad, Filter, FilterBank};
 use trueweld_core::scalar::lit;
+use trueweld_core::state::{StateResult, StateVisitor, Stateful};
 use trueweld_core::{Fault, Real, Robot, Twist, Wrench};
 
 gains! {
@@ -112,5 +113,10 @@ impl<T: Real> Compensator<T> for Elastostatic<T> {
         }
         let link = observation.nominal_angles(robot)?;
         Ok(observation.demand_for(robot, &robot.fake_target(&link, &wrench)))
+    }
+
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.filter.visit_state(visitor)?;
+        visitor.flag(&mut self.started)
     }
 }

@@ -17,6 +17,7 @@ use crate::gain::GainError;
 use crate::law::{Law, NoGains, Setup};
 use crate::{FollowingGains, OuterIntegral};
 use trueweld_core::compensation::{Compensator, Observation};
+use trueweld_core::state::{StateResult, StateVisitor};
 use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// Share of the rate of the outer integral across the seam where no seam sensor's loop is beside it.
@@ -54,5 +55,9 @@ impl<T: Real> Compensator<T> for FeedForward {
     ) -> Result<Twist<T>, Fault> {
         let link = observation.nominal_angles(robot)?;
         Ok(observation.demand_for(robot, &robot.fake_target(&link, &observation.planned_in_t())))
+    }
+
+    fn visit_state(&mut self, _: &mut dyn StateVisitor) -> StateResult {
+        Ok(())
     }
 }

@@ -35,6 +35,7 @@ use heapless::Vec;
 use nalgebra::SVector;
 use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld_core::scalar::lit;
+use trueweld_core::state::{StateResult, StateVisitor, Stateful};
 use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// Segments along a weld.
@@ -275,5 +276,23 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for Learning<T, L> {
             }
         }
         Ok(inner + Twist::from_vector(&correction))
+    }
+
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.inner.visit_state(visitor)?;
+        self.history.visit_state(visitor)?;
+        let length = visitor.length(self.learned.len(), SEGMENTS)?;
+        // No more than there is room for.
+        let _ = self.learned.resize(length, SVector::zeros());
+        self.learned.iter_mut().try_for_each(|learned| visitor.matrix(learned))?;
+        let length = visitor.length(self.pass.len(), SEGMENTS)?;
+        let _ = self.pass.resize(length, Segment::empty());
+        self.pass.iter_mut().try_for_each(|place| {
+            visitor.matrix(&mut place.added)?;
+            visitor.matrix(&mut place.left)?;
+            visitor.matrix(&mut place.weight)
+        })?;
+        visitor.scalar(&mut self.push)?;
+        visitor.flag(&mut self.frozen)
     }
 }

@@ -3,6 +3,7 @@
 use crate::gain::GainError;
 use crate::law::{Law, NoGains, Setup};
 use trueweld_core::compensation::{Compensator, Observation};
+use trueweld_core::state::{StateResult, StateVisitor};
 use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// Demands nothing, ever.
@@ -25,5 +26,9 @@ impl<T: Real> Compensator<T> for Uncompensated {
 
     fn demand(&mut self, _: &Robot<T>, _: &Observation<'_, T>) -> Result<Twist<T>, Fault> {
         Ok(Twist::zero())
+    }
+
+    fn visit_state(&mut self, _: &mut dyn StateVisitor) -> StateResult {
+        Ok(())
     }
 }

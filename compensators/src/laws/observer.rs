@@ -24,6 +24,7 @@ use crate::gain::{GainError, gains, positive, usable_period};
 use crate::law::{Law, Needs, Setup};
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::scalar::{all_finite, lit};
+use trueweld_core::state::{StateResult, StateVisitor};
 use trueweld_core::{Fault, Frames, JointVector, Real, Robot, Twist, Wrench};
 
 gains! {
@@ -115,5 +116,13 @@ impl<T: Real> Compensator<T> for Observer<T> {
         self.last = Some((torque, rate));
         let link = observation.nominal_angles(robot)?;
         Ok(observation.demand_for(robot, &(link + torque.component_div(robot.stiffness()))))
+    }
+
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        let blank = (JointVector::zeros(), JointVector::zeros());
+        visitor.option(&mut self.last, blank, |visitor, (torque, rate)| {
+            visitor.matrix(torque)?;
+            visitor.matrix(rate)
+        })
     }
 }

@@ -30,6 +30,7 @@ use heapless::Deque;
 use nalgebra::SVector;
 use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld_core::scalar::lit;
+use trueweld_core::state::{StateResult, StateVisitor, Stateful};
 use trueweld_core::{Fault, Real, Robot, Twist};
 
 /// Places ahead of the tool at which a shape is kept.
@@ -182,5 +183,24 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for SeamTracking<T, L> {
             self.correct(measurement, observation.path, share);
         }
         Ok(inner + Twist::from_vector(&self.learned))
+    }
+
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.inner.visit_state(visitor)?;
+        self.history.visit_state(visitor)?;
+        visitor.matrix(&mut self.learned)?;
+        let length = visitor.length(self.ahead.len(), SHAPE_PLACES)?;
+        if length != self.ahead.len() {
+            self.ahead.clear();
+            // No more than there is room for.
+            for _ in 0..length {
+                let _ = self.ahead.push_back((T::zero(), SVector::zeros()));
+            }
+        }
+        self.ahead.iter_mut().try_for_each(|(place, shape)| {
+            visitor.scalar(place)?;
+            visitor.matrix(shape)
+        })?;
+        visitor.scalar_option(&mut self.path)
     }
 }

@@ -32,6 +32,7 @@ use crate::laws::FeedForward;
 use nalgebra::{SVector, Vector3};
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::scalar::lit;
+use trueweld_core::state::{StateResult, StateVisitor, Stateful};
 use trueweld_core::{Fault, JOINTS, Real, Robot, Twist, Wrench};
 
 /// Unknowns: six compliances, offset and slope of the plate.
@@ -218,5 +219,20 @@ impl<T: Real> Compensator<T> for SelfCalibrating<T> {
         }
         let found = columns * self.estimate.unknown().fixed_rows::<JOINTS>(0);
         Ok(planned + Twist::from_vector(&found))
+    }
+
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.estimate.visit_state(visitor)?;
+        self.by_compliance.visit_state(visitor)?;
+        visitor.scalar_option(&mut self.unloaded)?;
+        let zero = T::zero();
+        let blank = Depth { bent: zero, planned: Vector3::zeros(), since: zero, read: None };
+        visitor.option(&mut self.depth, blank, |visitor, depth| {
+            visitor.scalar(&mut depth.bent)?;
+            visitor.matrix(&mut depth.planned)?;
+            visitor.scalar(&mut depth.since)?;
+            visitor.scalar_option(&mut depth.read)
+        })?;
+        visitor.flag(&mut self.frozen)
     }
 }

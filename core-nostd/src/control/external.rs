@@ -23,6 +23,7 @@ use crate::kinematics::Frames;
 use crate::pid::{Pid, PidGains};
 use crate::robot::Robot;
 use crate::scalar::{JointVector, Real, held, lit};
+use crate::state::{StateResult, StateVisitor, Stateful};
 use nalgebra::Vector3;
 
 /// How far the gains may be scaled either way: a model that asks for more is not believed.
@@ -146,5 +147,12 @@ impl<T: Real> HybridController<T> for External<T> {
                 limited: Limited { torque: held, force_loop: limited, compensation: false },
             },
         }
+    }
+
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.position.visit_state(visitor)?;
+        self.force.visit_state(visitor)?;
+        self.spindle.visit_state(visitor)?;
+        visitor.scalar(&mut self.correction)
     }
 }

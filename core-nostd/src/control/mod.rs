@@ -28,6 +28,7 @@ use crate::error::Fault;
 use crate::robot::Robot;
 use crate::scalar::{JointVector, Real};
 use crate::spatial::{Pose, Wrench, is_rotation};
+use crate::state::{StateError, StateResult, StateVisitor};
 use nalgebra::{Matrix3, Vector3};
 
 /// What the task asks of the tool in this period.
@@ -126,6 +127,15 @@ pub trait HybridController<T: Real> {
         setpoint: &Setpoint<T>,
         sensed: &SensorReadings<T>,
     ) -> DriveCommand<T>;
+
+    /// Shows its state, as [`Stateful`](crate::state::Stateful) does.
+    ///
+    /// # Errors
+    /// [`StateError`]; [`StateError::Unsupported`] where a controller does not list it.
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        let _ = visitor;
+        Err(StateError::Unsupported)
+    }
 }
 
 impl<T: Real, C: HybridController<T> + ?Sized> HybridController<T> for &mut C {
@@ -140,6 +150,10 @@ impl<T: Real, C: HybridController<T> + ?Sized> HybridController<T> for &mut C {
         sensed: &SensorReadings<T>,
     ) -> DriveCommand<T> {
         (**self).cycle(robot, setpoint, sensed)
+    }
+
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        (**self).visit_state(visitor)
     }
 }
 

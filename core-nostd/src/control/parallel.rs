@@ -20,6 +20,7 @@ use crate::filter::Filter;
 use crate::pid::{Pid, PidGains};
 use crate::robot::Robot;
 use crate::scalar::{JointVector, Real, held};
+use crate::state::{StateResult, StateVisitor, Stateful};
 
 /// Gains of the force branch of (2.2) and (2.3).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -191,5 +192,12 @@ impl<T: Real, const SELECT: bool> HybridController<T> for Branches<T, SELECT> {
                 }
             }
         }
+    }
+
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.position.visit_state(visitor)?;
+        self.force.pid.visit_state(visitor)?;
+        self.force.spindle.visit_state(visitor)?;
+        visitor.scalar_option(&mut self.force.push)
     }
 }

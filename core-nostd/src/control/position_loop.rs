@@ -9,6 +9,7 @@ use crate::robot::Robot;
 use crate::scalar::{JOINTS, JointVector, Real, all_finite, held, lit};
 use crate::solve::Lu;
 use crate::spatial::Twist;
+use crate::state::{StateResult, StateVisitor, Stateful};
 use nalgebra::Vector3;
 
 /// Diagonal K_p, K_i, K_d of the joint position loop.
@@ -137,6 +138,13 @@ impl<T: Real> PositionLoop<T> {
             push: T::zero(),
             limited: Limited { torque: true, ..Limited::default() },
         }
+    }
+}
+
+impl<T: Real> Stateful for PositionLoop<T> {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.pid.iter_mut().try_for_each(|pid| pid.visit_state(visitor))?;
+        self.inputs.visit_state(visitor)
     }
 }
 

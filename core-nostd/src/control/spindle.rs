@@ -27,6 +27,7 @@
 
 use crate::filter::Filter;
 use crate::scalar::{Real, lit};
+use crate::state::{StateResult, StateVisitor, Stateful};
 
 /// Orders of the spindle that are taken out.
 const NOTCHED_ORDERS: [f64; 2] = [1.0, 2.0];
@@ -160,5 +161,19 @@ impl<T: Real> Notch<T> {
         let delay = (one - r * r) / at_rest;
         let usable = turns > T::zero() && share[0].is_finite() && share[1].is_finite();
         usable.then_some(Self { turn: [r * cosine, r * sine], share, delay })
+    }
+}
+
+impl<T: Real> Stateful for SpindleFilter<T> {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        // The notches follow from the rate.
+        let mut rate = self.rate;
+        visitor.scalar(&mut rate)?;
+        self.tune(rate);
+        for line in &mut self.lines {
+            visitor.scalar_option(&mut line.past)?;
+            visitor.scalars(&mut line.state)?;
+        }
+        Ok(())
     }
 }

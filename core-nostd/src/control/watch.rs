@@ -28,6 +28,7 @@ use crate::error::Fault;
 use crate::robot::Robot;
 use crate::scalar::{JOINTS, JointVector, Real, lit};
 use crate::spatial::Wrench;
+use crate::state::{StateResult, StateVisitor, Stateful};
 use nalgebra::Vector3;
 
 /// Number of periods in a row from which on a sensor that repeats itself counts as stuck, and one
@@ -201,5 +202,27 @@ impl<T: Real> InputCheck<T> {
             return Err(Fault::Setpoint);
         }
         robot.beyond_limits(&sensed.encoder).map_or(Ok(()), |joint| Err(Fault::Limit(joint)))
+    }
+}
+
+impl<T: Real> Stateful for RepeatCounter<T> {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        visitor.scalar_option(&mut self.last)?;
+        visitor.byte(&mut self.equal)
+    }
+}
+
+impl<T: Real> Stateful for ForceSensorCheck<T> {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        let RepeatCounter { last, equal } = &mut self.repeated;
+        visitor.option(last, Wrench::zero(), |visitor, wrench| visitor.wrench(wrench))?;
+        visitor.byte(equal)?;
+        visitor.byte(&mut self.contradicted)
+    }
+}
+
+impl<T: Real> Stateful for InputCheck<T> {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        visitor.matrix(&mut self.last_good)
     }
 }

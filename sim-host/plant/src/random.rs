@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
+use trueweld_core::state::{StateResult, StateVisitor};
 
 /// One stream of random numbers.
 #[derive(Debug)]
@@ -48,4 +49,20 @@ impl Random {
     pub fn direction(&mut self) -> Vector3<f64> {
         Vector3::from_fn(|_, _| self.normal()).normalize()
     }
+}
+
+/// Shows how far a stream of random numbers has come. Its seed and its number are no state.
+///
+/// # Errors
+/// [`StateError`].
+pub(crate) fn visit_stream(stream: &mut ChaCha8Rng, visitor: &mut dyn StateVisitor) -> StateResult {
+    // A position has 68 bits: two halves that an `f64` holds exactly.
+    const HALF: u32 = 34;
+    let position = stream.get_word_pos();
+    let mut halves = [(position >> HALF) as usize, (position & ((1 << HALF) - 1)) as usize];
+    for half in &mut halves {
+        visitor.count(half, (1 << HALF) - 1)?;
+    }
+    stream.set_word_pos((halves[0] as u128) << HALF | halves[1] as u128);
+    Ok(())
 }

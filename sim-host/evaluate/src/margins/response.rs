@@ -16,8 +16,8 @@ use trueweld_plant::input::Sensors;
 use trueweld_plant::integrate::{Diverged, Stepper};
 use trueweld_plant::robot::Drives;
 use trueweld_plant::simulate::{
-    ControlCycle, Controlled, Phase, Plant, ProgramTarget, Reference, RunError, Scenario, Seam,
-    SimulatedCell, TaughtOffset,
+    CellMotion, ControlSide, Controlled, Phase, Plant, PlantSide, ProgramTarget, Reference,
+    RunError, Scenario, Seam, SimulatedCell, TaughtOffset,
 };
 
 /// Where the loop is opened: corrections along x and y and about x, y and z of W, and the force
@@ -219,14 +219,15 @@ impl Frozen<'_> {
     pub(crate) fn run_in_time(&self, kick: &Kick) -> Result<Run, RunError> {
         let Scenario { cell, integrator, .. } = *self.scenario;
         let state = self.linear.state(&self.uncorrected()?);
-        let plant = SimulatedCell::new(cell, Stepper::new(integrator), state);
+        let mut motion = CellMotion::new(cell, Stepper::new(integrator), state);
+        let plant = SimulatedCell { cell, motion: &mut motion };
         self.drive(plant, kick, &JointVector::zeros(), |_| false)
     }
 
     /// `standing`: rate that the plant's encoders lack, rad/s: of a plant that stands still.
     fn drive<P: Plant>(
         &self,
-        plant: P,
+        mut plant: P,
         kick: &Kick,
         standing: &JointVector<f64>,
         away: impl Fn(&P) -> bool,
@@ -243,9 +244,10 @@ impl Frozen<'_> {
         let target = |path| ProgramTarget { phase: Phase::Steady, path, feed, force: Some(push) };
         let at_place = self.reference();
         let motor = plant.drives().motor;
-        let mut cycle =
-            ControlCycle::new(&scenario, plant, opened, law.as_mut(), &motor, &self.linear.torque);
-        cycle.frozen_rate = *standing;
+        let mut controller = ControlSide::new(&scenario, opened, law.as_mut());
+        controller.start(controller_model, &motor, &self.linear.torque);
+        let mut side = PlantSide::new(&scenario, &self.linear.torque);
+        side.frozen_rate = *standing;
         let moves = standing.amax() == 0.0;
         let [settle, all] =
             [kick.time[0], kick.time[0] + kick.time[1]].map(|time| (time / period) as usize);
@@ -262,7 +264,14 @@ impl Frozen<'_> {
             } else {
                 Reference { path: here, ..at_place }
             };
-            let Controlled { sensed, command, correction_w, .. } = cycle.control(time, &reference);
+            let readings = side.read(&scenario, &mut plant, time, reference.path);
+            let Controlled { sensed, command, correction_w } = controller.cycle(
+                controller_model,
+                &reference,
+                &readings.sensed,
+                &readings.measurements,
+            );
+            side.torque = command.torque;
             if tick >= settle {
                 held += usize::from(command.limited.any());
                 let (linear, angular) = (correction_w.linear, correction_w.angular);
@@ -280,10 +289,10 @@ impl Frozen<'_> {
                 // Torque has the impulse in it already.
                 row[SETPOINT..].copy_from_slice(command.torque.as_slice());
                 run.rows.push(row);
-                run.rates.push(cycle.plant.drives().motor_rate);
+                run.rates.push(plant.drives().motor_rate);
             }
-            cycle.advance(time)?;
-            if away(&cycle.plant) {
+            side.advance(&mut plant, time)?;
+            if away(&plant) {
                 run.away = true;
                 return Ok(run);
             }

@@ -11,7 +11,7 @@ mod parallel;
 mod superposed;
 
 pub(crate) use gains::blank;
-pub use model::{ControllerEntry, ControllerKind, CoreGains};
+pub use model::{ControllerEntry, ControllerKind, CoreGains, OwnedController};
 
 use crate::input::{Control, nearest};
 use trueweld_core::control::{HybridController, JointGains};

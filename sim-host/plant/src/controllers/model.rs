@@ -2,7 +2,11 @@
 
 use crate::input::{Control, InputError, TomlTable};
 use trueweld_compensators::Scheme;
-use trueweld_core::control::{ExternalGains, HybridController, JointGains};
+use trueweld_core::control::{
+    DriveCommand, ExternalGains, HybridController, JointGains, SensorReadings, Setpoint,
+};
+use trueweld_core::state::{StateResult, StateVisitor};
+use trueweld_core::{JointVector, Robot};
 
 /// Which hybrid controller: its name on the command line and in results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,3 +34,25 @@ pub struct ControllerEntry {
 
 /// The scheme and the gains of a controller that a core has.
 pub type CoreGains = fn(control: &Control) -> (Scheme, ExternalGains<f64>);
+
+/// A controller on the heap as part of what owns it.
+pub struct OwnedController(pub Box<dyn HybridController<f64>>);
+
+impl HybridController<f64> for OwnedController {
+    fn start(&mut self, robot: &Robot<f64>, encoder: &JointVector<f64>, torque: &JointVector<f64>) {
+        self.0.start(robot, encoder, torque);
+    }
+
+    fn cycle(
+        &mut self,
+        robot: &Robot<f64>,
+        setpoint: &Setpoint<f64>,
+        sensed: &SensorReadings<f64>,
+    ) -> DriveCommand<f64> {
+        self.0.cycle(robot, setpoint, sensed)
+    }
+
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.0.visit_state(visitor)
+    }
+}

@@ -12,6 +12,7 @@ pub use fastest::{FastestMode, TooFast, substeps};
 
 use crate::cell::{Cell, Evaluation, State};
 use trueweld_core::JointVector;
+use trueweld_core::state::{StateResult, StateVisitor, Stateful};
 
 /// How the plant is integrated between two samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,5 +78,11 @@ impl Stepper {
             ),
         }
         .ok_or(Diverged { time })
+    }
+}
+
+impl Stateful for Stepper {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        visitor.scalar(&mut self.suggested)
     }
 }

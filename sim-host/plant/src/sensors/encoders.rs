@@ -2,6 +2,7 @@
 
 use super::model::{SensorEntry, stepped};
 use trueweld_core::JointVector;
+use trueweld_core::state::{StateResult, StateVisitor, Stateful};
 
 pub(super) static ENCODERS: SensorEntry = SensorEntry {
     name: "encoder",
@@ -37,5 +38,13 @@ impl Encoders {
             self.before.map_or(JointVector::zeros(), |before| (encoder - before) / self.period);
         self.before = Some(encoder);
         [encoder, rate]
+    }
+}
+
+impl Stateful for Encoders {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        visitor.option(&mut self.before, JointVector::zeros(), |visitor, before| {
+            visitor.matrix(before)
+        })
     }
 }

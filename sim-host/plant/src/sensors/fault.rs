@@ -8,15 +8,17 @@
 //! Left out: encoders (the drives' own monitoring stops the robot) and faults that the robot's bus
 //! would report.
 
+use crate::random::visit_stream;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::collections::VecDeque;
 use std::fmt;
-use trueweld_core::Wrench;
 use trueweld_core::compensation::DeviationMeasurement;
 use trueweld_core::control::SensorReadings;
+use trueweld_core::state::{StateResult, StateVisitor, Stateful};
+use trueweld_core::{Twist, Wrench};
 
 /// Its stream of random numbers, beside those of the instruments.
 const FAULT_STREAM: u64 = 2;
@@ -24,6 +26,9 @@ const FAULT_STREAM: u64 = 2;
 /// Periods over which readings out of order are mixed: a quarter of a second at the usual control
 /// period.
 const MIXED: usize = 20;
+
+/// Readings of one period that a state may have: more than any sensor gives.
+const READINGS_MAX: usize = 1 << 10;
 
 /// Which instrument fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -284,6 +289,34 @@ impl FaultyInstruments {
                 noisy
             }
         }
+    }
+}
+
+impl Stateful for FaultyInstruments {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        visit_stream(&mut self.random, visitor)?;
+        let length = visitor.length(self.wrenches.len(), MIXED)?;
+        self.wrenches.resize(length, Wrench::zero());
+        self.wrenches.iter_mut().try_for_each(|wrench| visitor.wrench(wrench))?;
+        let length = visitor.length(self.measurements.len(), MIXED)?;
+        self.measurements.resize(length, Vec::new());
+        let unread = DeviationMeasurement {
+            deviation: 0.0,
+            along: Twist::zero(),
+            noise: 0.0,
+            age: 0.0,
+            ahead: 0.0,
+        };
+        for read in &mut self.measurements {
+            let length = visitor.length(read.len(), READINGS_MAX)?;
+            read.resize(length, unread);
+            for m in read {
+                let DeviationMeasurement { deviation, along, noise, age, ahead } = m;
+                visitor.twist(along)?;
+                visitor.scalars([deviation, noise, age, ahead])?;
+            }
+        }
+        Ok(())
     }
 }
 

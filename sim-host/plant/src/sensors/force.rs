@@ -11,6 +11,7 @@ use trueweld_core::Wrench;
 use trueweld_core::control::ForceSensorLimits;
 use trueweld_core::filter::{Biquad, FilterBank};
 use trueweld_core::spatial::rotation_from_vector;
+use trueweld_core::state::{StateResult, StateVisitor, Stateful};
 
 pub(super) static FORCE_SENSOR: SensorEntry = SensorEntry {
     name: "force",
@@ -110,10 +111,15 @@ impl ForceSensing {
             None => wrench,
         };
         self.line.push_back(filtered);
-        let oldest = self.delay + self.sensor.jitter / self.step;
-        while self.line.len() > oldest.ceil() as usize + 1 {
+        while self.line.len() > self.room() {
             self.line.pop_front();
         }
+    }
+
+    /// Samples as far back as the longest delay reaches.
+    fn room(&self) -> usize {
+        let oldest = self.delay + self.sensor.jitter / self.step;
+        oldest.ceil() as usize + 1
     }
 
     /// The wrench of `delay` steps ago, interpolated between samples; the oldest there is until the
@@ -155,6 +161,17 @@ impl ForceSensing {
                 + Vector3::from(sensor.zero_moment))
             .map(|v| saturated(v, sensor.limits.moment)),
         }
+    }
+}
+
+impl Stateful for ForceSensing {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        if let Some(filter) = &mut self.filter {
+            filter.visit_state(visitor)?;
+        }
+        let length = visitor.length(self.line.len(), self.room())?;
+        self.line.resize(length, SVector::zeros());
+        self.line.iter_mut().try_for_each(|wrench| visitor.matrix(wrench))
     }
 }
 

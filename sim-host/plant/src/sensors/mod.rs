@@ -20,6 +20,7 @@ pub(crate) use model::ideal;
 pub use model::{BuildSensor, DeviationSensor, SensorEntry, SensorNumber};
 
 use crate::input::Sensors;
+use crate::random::visit_stream;
 use crate::robot::{Channel, Ports, Readings};
 use encoders::Encoders;
 use force::ForceSensing;
@@ -27,6 +28,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::sync::LazyLock;
 use trueweld_core::control::SensorReadings;
+use trueweld_core::state::{StateResult, StateVisitor, Stateful};
 use trueweld_core::{JointVector, Wrench};
 
 /// The sensors, in the order of a sensor file: one line each.
@@ -106,5 +108,14 @@ impl Instruments {
             motor_torque: truth.motor_torque.into(),
             wrench: self.force.read(&wrench, &mut self.noise),
         }
+    }
+}
+
+impl Stateful for Instruments {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        visit_stream(&mut self.noise, visitor)?;
+        visit_stream(&mut self.errors, visitor)?;
+        self.encoders.visit_state(visitor)?;
+        self.force.visit_state(visitor)
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use trueweld_core::Twist;
 use trueweld_core::compensation::DeviationMeasurement;
 use trueweld_core::control::ForceSensorLimits;
+use trueweld_core::state::{StateResult, StateVisitor};
 
 /// A number of the sensors by its table and key: one place, or one for every joint or axis. None
 /// where the cell has no such sensor.
@@ -46,6 +47,12 @@ pub trait DeviationSensor: std::fmt::Debug {
         deviation: &Twist<f64>,
         bend: f64,
     ) -> Vec<DeviationMeasurement<f64>>;
+
+    /// Shows its state, as [`Stateful`](trueweld_core::state::Stateful) does.
+    ///
+    /// # Errors
+    /// [`StateError`](trueweld_core::state::StateError).
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult;
 }
 
 /// A sensor file before the sensors' tables are read: all ideal, and no seam sensor.

@@ -3,6 +3,7 @@
 
 use super::model::{DeviationSensor, SensorEntry, errors, of_seam};
 use crate::input::{InputError, SeamSensor, Sensors, TomlTable};
+use crate::random::visit_stream;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -10,6 +11,7 @@ use rand_distr::{Distribution, StandardNormal};
 use std::collections::VecDeque;
 use trueweld_core::Twist;
 use trueweld_core::compensation::DeviationMeasurement;
+use trueweld_core::state::{StateResult, StateVisitor};
 
 /// Its stream of random numbers: that of the robot's own instruments stays what it was without it.
 const SEAM_SENSOR_STREAM: u64 = 1;
@@ -88,6 +90,9 @@ struct SeamSensing {
     taken: VecDeque<Taken>,
     next: f64,
 }
+
+/// Readings that a state may have on their way to the controller: more than any delay holds back.
+const MOST_WAITING: usize = 1 << 16;
 
 /// One reading: when it was taken and when it is given, s, and what it shows across the seam, m,
 /// and in tilt, rad.
@@ -170,5 +175,17 @@ impl DeviationSensor for SeamSensing {
             }
         }
         arrived
+    }
+
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        visit_stream(&mut self.random, visitor)?;
+        visit_stream(&mut self.errors, visitor)?;
+        visitor.scalar(&mut self.next)?;
+        let length = visitor.length(self.taken.len(), MOST_WAITING)?;
+        self.taken.resize(length, Taken { at: 0.0, given: 0.0, values: [0.0; 2] });
+        self.taken.iter_mut().try_for_each(|taken| {
+            visitor.scalars([&mut taken.at, &mut taken.given])?;
+            visitor.scalars(&mut taken.values)
+        })
     }
 }

@@ -3,16 +3,20 @@
 //! At the start of a period the instruments are read and the controller commands a torque; the plant
 //! then moves in small steps with the torque held, and the force sensor samples at each step. Runs
 //! step the nonlinear cell, stability margins its linearisation.
+//!
+//! What changes is in [`PlantSide`] and [`ControlSide`]; what does not, the scenario, comes with
+//! every call and is the one that they were made of.
 
 use super::{ProgramTarget, Scenario, TaughtOffset};
 use crate::integrate::Diverged;
 use crate::process::planned;
-use crate::robot::{Drives, Ports, Readings};
+use crate::robot::{Drives, Readings};
 use crate::seam::Seam;
 use crate::sensors::{DeviationSensor, FaultyInstruments, Instruments, outside};
 use nalgebra::Vector3;
-use trueweld_core::compensation::{Compensated, Compensator, Observation};
+use trueweld_core::compensation::{Compensated, Compensator, DeviationMeasurement, Observation};
 use trueweld_core::control::{DriveCommand, HybridController, SensorReadings, Setpoint};
+use trueweld_core::state::{StateResult, StateVisitor, Stateful};
 use trueweld_core::{JointVector, Pose, Robot, Twist, Wrench};
 
 /// A plant that motor torques drive.
@@ -78,15 +82,24 @@ impl Reference {
     }
 }
 
+/// What the instruments give at the start of a period.
+#[derive(Debug, Clone)]
+pub struct InstrumentReadings {
+    /// Where the real tool should be, in B: on the seam as it is, not as it was taught.
+    pub nominal: Pose<f64>,
+    /// What the robot's own instruments give the controller.
+    pub sensed: SensorReadings<f64>,
+    /// What came from outside the robot since the last period.
+    pub measurements: Vec<DeviationMeasurement<f64>>,
+    /// Real tool against nominal, axes of the real seam's W: m and rad.
+    pub deviation_w: Twist<f64>,
+}
+
 /// What one period of control saw and commanded.
 #[derive(Debug, Clone, Copy)]
 pub struct Controlled {
-    /// Where the real tool should be, in B: on the seam as it is, not as it was taught.
-    pub nominal: Pose<f64>,
     /// What the instruments gave the controller.
     pub sensed: SensorReadings<f64>,
-    /// Real tool against nominal, axes of the real seam's W: m and rad.
-    pub deviation_w: Twist<f64>,
     /// What the controller commanded.
     pub command: DriveCommand<f64>,
     /// Correction of the set-point in force, axes of W: m and rad.
@@ -114,67 +127,103 @@ impl<H: HybridController<f64>> HybridController<f64> for HeldByPosition<H> {
         let force = if self.holds { None } else { setpoint.force };
         self.hybrid.cycle(robot, &Setpoint { force, ..*setpoint }, sensed)
     }
+
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.hybrid.visit_state(visitor)
+    }
 }
 
-/// A plant with its instruments, controller and law.
-pub struct ControlCycle<'a, P, H> {
-    /// The plant.
-    pub plant: P,
+/// The controller's side of a cell: hybrid controller and law, with the limits of the control file.
+pub struct ControlSide<H, L> {
+    controller: Compensated<f64, HeldByPosition<H>, L>,
+    /// True where the depth is held by position throughout.
+    by_position: bool,
+}
+
+impl<H: HybridController<f64>, L: Compensator<f64>> ControlSide<H, L> {
+    /// A controller and a law before [`start`](Self::start).
+    pub fn new(scenario: &Scenario<'_>, hybrid: H, law: L) -> Self {
+        let (period, limits) = (scenario.control.period, &scenario.control.compensation);
+        let by_position = !scenario.planned.bears_push();
+        let hybrid = HeldByPosition { hybrid, holds: by_position };
+        let controller = Compensated::new(hybrid, law, limits.lateral, limits.orientation, period)
+            .with_force_sensor_limits(scenario.sensors.force.limits);
+        Self { controller, by_position }
+    }
+
+    /// Starts at rest, with the encoders at `motor`, rad, and the motors holding `torque`, N·m.
+    /// `model`: the robot as the controller believes it is.
+    pub fn start(
+        &mut self,
+        model: &Robot<f64>,
+        motor: &JointVector<f64>,
+        torque: &JointVector<f64>,
+    ) {
+        self.controller.start(model, motor, torque);
+    }
+
+    /// One period.
+    pub fn cycle(
+        &mut self,
+        model: &Robot<f64>,
+        reference: &Reference,
+        sensed: &SensorReadings<f64>,
+        measurements: &[DeviationMeasurement<f64>],
+    ) -> Controlled {
+        let force = if self.by_position { Some(0.0) } else { reference.setpoint.force };
+        let observation = Observation {
+            setpoint: &Setpoint { force, ..reference.setpoint },
+            nominal: &reference.nominal,
+            sensed,
+            path: reference.path,
+            planned: reference.planned,
+            measurements,
+            taught: None,
+        };
+        let command = self.controller.cycle(model, &observation);
+        Controlled { sensed: *sensed, command, correction_w: self.controller.correction() }
+    }
+}
+
+impl<H: HybridController<f64>, L: Compensator<f64>> Stateful for ControlSide<H, L> {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        self.controller.visit_state(visitor)
+    }
+}
+
+/// The plant's side of a cell: what reads it, and the torque that drives it.
+#[derive(Debug)]
+pub struct PlantSide {
     /// Rate of the encoders that the plant's state does not contain, rad/s: of a posture that is
     /// frozen on its way.
     pub frozen_rate: JointVector<f64>,
-    controller: Compensated<f64, HeldByPosition<H>, &'a mut dyn Compensator<f64>>,
-    /// True where the depth is held by position throughout.
-    by_position: bool,
-    controller_model: &'a Robot<f64>,
+    /// Torque held over the period, N·m.
+    pub torque: JointVector<f64>,
     /// The seam as it is, and as it was taught.
     seam: Seam,
     taught: Seam,
-    ports: &'a Ports,
     instruments: Instruments,
     /// What measures the deviation from outside the robot.
     outside: Vec<Box<dyn DeviationSensor>>,
     faulty: FaultyInstruments,
-    /// Torque held over the period, N·m.
-    torque: JointVector<f64>,
     /// Plant steps in a period, and the length of each, s.
     steps: (usize, f64),
 }
 
-impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
-    /// A cycle of the scenario's instruments and limits that starts at rest, with the encoders at
-    /// `motor`, rad, and the motors holding `torque`, N·m.
-    pub fn new(
-        scenario: &Scenario<'a>,
-        plant: P,
-        hybrid: H,
-        law: &'a mut dyn Compensator<f64>,
-        motor: &JointVector<f64>,
-        torque: &JointVector<f64>,
-    ) -> Self {
-        let Scenario { controller_model, sensors, seed, .. } = *scenario;
-        let (period, limits) = (scenario.control.period, &scenario.control.compensation);
+impl PlantSide {
+    /// The scenario's instruments before the first period, the motors holding `torque`, N·m.
+    pub fn new(scenario: &Scenario<'_>, torque: &JointVector<f64>) -> Self {
+        let Scenario { sensors, seed, .. } = *scenario;
         let ports = &scenario.cell.robot.ports;
         let steps = scenario.plant_steps();
-        let by_position = !scenario.planned.bears_push();
-        let hybrid = HeldByPosition { hybrid, holds: by_position };
-        let mut controller =
-            Compensated::new(hybrid, law, limits.lateral, limits.orientation, period)
-                .with_force_sensor_limits(sensors.force.limits);
-        controller.start(controller_model, motor, torque);
         Self {
-            plant,
             frozen_rate: JointVector::zeros(),
-            controller,
-            by_position,
-            controller_model,
+            torque: *torque,
             seam: scenario.cell.seam.clone(),
             taught: Seam::of(scenario.weld),
-            ports,
-            instruments: Instruments::new(sensors, ports, steps.1, period, seed),
+            instruments: Instruments::new(sensors, ports, steps.1, scenario.control.period, seed),
             outside: outside(sensors, seed),
             faulty: FaultyInstruments::new(scenario.fault, seed),
-            torque: *torque,
             steps,
         }
     }
@@ -184,36 +233,35 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
         &self.seam
     }
 
-    /// The start of a period: reads the instruments and has the controller command a torque.
-    pub fn control(&mut self, time: f64, reference: &Reference) -> Controlled {
-        self.sample(time);
-        let (drives, tcp) = (self.plant.drives(), self.plant.tcp());
+    /// The seam as it was taught.
+    pub fn taught(&self) -> &Seam {
+        &self.taught
+    }
+
+    /// The start of a period: reads the instruments. `path`: where the program is, m.
+    pub fn read<P: Plant>(
+        &mut self,
+        scenario: &Scenario<'_>,
+        plant: &mut P,
+        time: f64,
+        path: f64,
+    ) -> InstrumentReadings {
+        self.sample(plant, time);
+        let (drives, tcp) = (plant.drives(), plant.tcp());
         let truth = Readings::of(time, &drives.motor, &drives.link, &tcp);
-        let mut sensed = self.instruments.read(self.ports, truth, &self.torque);
+        let ports = &scenario.cell.robot.ports;
+        let mut sensed = self.instruments.read(ports, truth, &self.torque);
         sensed.encoder_rate += self.frozen_rate;
-        let nominal = self.seam.nominal(reference.path);
-        let to_w = self.seam.axes(reference.path).transpose();
+        let nominal = self.seam.nominal(path);
+        let to_w = self.seam.axes(path).transpose();
         let deviation_w = nominal.error_to(&tcp).rotated(&to_w);
         let mut measurements = Vec::new();
         for k in 0..self.outside.len() {
-            let bend = self.bend(reference.path, self.outside[k].ahead());
+            let bend = self.bend(path, self.outside[k].ahead());
             measurements.extend(self.outside[k].read(time, &deviation_w, bend));
         }
         self.faulty.pass_on(time, &mut sensed, &mut measurements);
-        let force = if self.by_position { Some(0.0) } else { reference.setpoint.force };
-        let observation = Observation {
-            setpoint: &Setpoint { force, ..reference.setpoint },
-            nominal: &reference.nominal,
-            sensed: &sensed,
-            path: reference.path,
-            planned: reference.planned,
-            measurements: &measurements,
-            taught: None,
-        };
-        let command = self.controller.cycle(self.controller_model, &observation);
-        self.torque = command.torque;
-        let correction_w = self.controller.correction();
-        Controlled { nominal, sensed, deviation_w, command, correction_w }
+        InstrumentReadings { nominal, sensed, measurements, deviation_w }
     }
 
     /// How much more the real seam bends up to where a sensor looks, m ahead, than the taught one does,
@@ -226,20 +274,30 @@ impl<'a, P: Plant, H: HybridController<f64>> ControlCycle<'a, P, H> {
     ///
     /// # Errors
     /// [`Diverged`].
-    pub fn advance(&mut self, time: f64) -> Result<(), Diverged> {
+    pub fn advance<P: Plant>(&mut self, plant: &mut P, time: f64) -> Result<(), Diverged> {
         let (count, step) = self.steps;
         for k in 0..count {
             let now = time + k as f64 * step;
             if k > 0 {
-                self.sample(now);
+                self.sample(plant, now);
             }
-            self.plant.advance(now, &self.torque, step)?;
+            plant.advance(now, &self.torque, step)?;
         }
         Ok(())
     }
 
-    fn sample(&mut self, time: f64) {
-        self.plant.evaluate(time);
-        self.instruments.observe(&self.plant.wrench_in_t());
+    fn sample<P: Plant>(&mut self, plant: &mut P, time: f64) {
+        plant.evaluate(time);
+        self.instruments.observe(&plant.wrench_in_t());
+    }
+}
+
+impl Stateful for PlantSide {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        visitor.matrix(&mut self.frozen_rate)?;
+        visitor.matrix(&mut self.torque)?;
+        self.instruments.visit_state(visitor)?;
+        self.outside.iter_mut().try_for_each(|sensor| sensor.visit_state(visitor))?;
+        self.faulty.visit_state(visitor)
     }
 }

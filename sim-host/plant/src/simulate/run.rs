@@ -3,22 +3,16 @@
 //! The path is taught under gravity: at the start, with the tool free of contact, the real tool
 //! stands on the line. The set-point then follows the line by the encoders alone, and whatever the
 //! load bends from there is deviation. Where the seam is not where it was taught
-//! ([`Cell::seam`]), deviations are from the seam as it is.
+//! ([`Cell::seam`](crate::cell::Cell::seam)), deviations are from the seam as it is.
 
-use super::cycle::{ControlCycle, Plant, Reference};
-use super::start::{Start, lateral_by_joint};
+use super::simulation::Simulation;
 use super::{RecordRow, Recording, RunError, Scenario, limit_spans};
-use crate::cell::{Cell, Evaluation, State};
-use crate::integrate::{Diverged, Stepper};
 use crate::process::planned;
-use crate::robot::Drives;
 use crate::seam::Seam;
-use nalgebra::Vector3;
 use std::ops::ControlFlow;
 use std::time::Instant;
+use trueweld_core::JointVector;
 use trueweld_core::compensation::Compensator;
-use trueweld_core::monitor::HealthMonitor;
-use trueweld_core::{JointVector, Pose, Wrench};
 
 /// Runs a scenario to its end. `progress` is called with the simulated time, s, every control
 /// period.
@@ -88,74 +82,22 @@ pub fn run_with(
     mut progress: impl FnMut(&RecordRow) -> ControlFlow<()>,
 ) -> Result<Recording, RunError> {
     let clock = Instant::now();
-    let Scenario { cell, weld, program, control, .. } = *scenario;
-    let seam = Seam::of(weld);
-    scenario.check_process()?;
-    let start = Start::of(scenario, &seam)?;
-    let period = control.period;
-    let ticks = (program.duration(weld, &seam) / period).round() as usize;
-
-    let mut hybrid = scenario.build_controller()?;
-    let plant = SimulatedCell::new(cell, Stepper::new(scenario.integrator), start.rest.state);
-    let contact = -plant.at.reaction.force.z;
-    let torque = &start.rest.torque;
-    let mut cycle = ControlCycle::new(scenario, plant, hybrid.as_mut(), law, &start.motor, torque);
-    let mut monitor = HealthMonitor::new(period as f32);
+    let mut simulation = Simulation::with_law(scenario, law)?;
+    let ticks = simulation.periods();
     let mut recording = Recording::begun(scenario, scenario.law.name());
     recording.rows.reserve_exact(ticks);
-    for tick in 0..ticks {
-        let time = tick as f64 * period;
-        let target = program.target(weld, &seam, contact, time);
-        let reference = Reference::of(scenario, &seam, &start.offset, &target);
-        let controlled = cycle.control(time, &reference);
-        let w = reference.setpoint.b_from_w;
-        let axes = cycle.seam().axes(target.path);
-        let (SimulatedCell { at, state, .. }, nominal) = (&cycle.plant, controlled.nominal);
-        let (command, drives, tcp) = (controlled.command, state.drives(), at.frames.tcp);
-        let sensed = &controlled.sensed;
-        let health = monitor.as_mut().map(|monitor| monitor.watch(&reference.setpoint, sensed));
-        let row = RecordRow {
-            time,
-            phase: target.phase,
-            path: target.path,
-            axes,
-            nominal,
-            real: tcp,
-            encoder_pose: scenario.controller_model.forward_kinematics(&drives.motor),
-            deviation_w: controlled.deviation_w,
-            tilt: tool_axis(&tcp).angle(&tool_axis(&nominal)),
-            lateral_by_joint: lateral_by_joint(
-                &cell.robot.model,
-                &w,
-                &at.frames,
-                &drives,
-                &start.extra_torsion,
-            ),
-            // The tool is elsewhere on the seam than planned, and the seam may turn.
-            force_w: axes.tr_mul(&at.wrench().force),
-            force_sensed_w: w.tr_mul(&(tcp.rotation * sensed.wrench.force)),
-            force_desired: target.force,
-            link: drives.link,
-            motor: drives.motor,
-            torque: command.torque,
-            spindle_angle: state.spindle_angle(),
-            force_error: command.force_error,
-            depth_correction: command.depth_correction,
-            push: command.push,
-            correction_w: controlled.correction_w,
-            limited: command.limited,
-            health: health.unwrap_or_default(),
-            fault: command.fault,
-        };
+    while !simulation.is_done() {
+        let seen = simulation.observe(scenario);
+        let row = simulation.control(scenario, &seen);
         recording.rows.push(row);
-        cycle
-            .advance(time)
+        simulation
+            .advance(scenario)
             .map_err(|source| RunError::RanAway { source, limits: limit_spans(&recording) })?;
         if progress(&row).is_break() {
             break;
         }
     }
-    recording.simulated = recording.rows.len() as f64 * period;
+    recording.simulated = recording.rows.len() as f64 * scenario.control.period;
     recording.wall = clock.elapsed().as_secs_f64();
     Ok(recording)
 }
@@ -182,50 +124,5 @@ impl Recording {
             simulated: 0.0,
             wall: 0.0,
         }
-    }
-}
-
-/// z of a tool frame: the spindle's axis.
-fn tool_axis(pose: &Pose<f64>) -> Vector3<f64> {
-    pose.rotation.column(2).into_owned()
-}
-
-/// The nonlinear cell, integrated.
-#[derive(Debug)]
-pub struct SimulatedCell<'a> {
-    cell: &'a Cell,
-    stepper: Stepper,
-    state: State,
-    at: Evaluation,
-}
-
-impl<'a> SimulatedCell<'a> {
-    /// A cell in this state.
-    pub fn new(cell: &'a Cell, stepper: Stepper, state: State) -> Self {
-        Self { cell, stepper, state, at: cell.evaluate(0.0, &state) }
-    }
-}
-
-impl Plant for SimulatedCell<'_> {
-    fn evaluate(&mut self, time: f64) {
-        self.at = self.cell.evaluate(time, &self.state);
-    }
-
-    fn drives(&self) -> Drives {
-        self.state.drives()
-    }
-
-    fn tcp(&self) -> Pose<f64> {
-        self.at.frames.tcp
-    }
-
-    fn wrench_in_t(&self) -> Wrench<f64> {
-        self.at.wrench_in_t()
-    }
-
-    fn advance(&mut self, time: f64, torque: &JointVector<f64>, step: f64) -> Result<(), Diverged> {
-        let Self { cell, stepper, state, at } = self;
-        *state = stepper.advance(cell, time, state, at, torque, step)?;
-        Ok(())
     }
 }

@@ -222,6 +222,7 @@ impl TaughtOffset {
 }
 
 /// The deformed start: the cell at rest with the tool's set-point the initial depth in the material.
+#[derive(Debug)]
 pub(super) struct Start {
     pub rest: rest::Rest,
     /// Encoder angles, rad.

@@ -12,6 +12,7 @@ mod plant;
 mod ports;
 mod recorded_weld;
 mod seams;
+mod state;
 mod support;
 mod tilt;
 
