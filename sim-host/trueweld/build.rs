@@ -23,7 +23,7 @@ fn main() {
 fn digest(root: &Path) -> io::Result<String> {
     let mut files = ["Cargo.lock", "Cargo.toml"].map(str::to_owned).to_vec();
     let crates = names(&root.join("sim-host"))?.into_iter().map(|name| format!("sim-host/{name}"));
-    for folder in crates.chain(["core-nostd", "compensators"].map(str::to_owned)) {
+    for folder in crates.chain(["core-nostd", "compensators", "fmu"].map(str::to_owned)) {
         let own = ["Cargo.toml", "build.rs"].map(|name| format!("{folder}/{name}"));
         files.extend(own.into_iter().filter(|file| root.join(file).is_file()));
         let sources = format!("{folder}/src");

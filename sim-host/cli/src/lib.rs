@@ -25,6 +25,7 @@ mod compare;
 mod compare_laws;
 mod diagnose;
 mod export_core;
+mod export_fmu;
 mod identify;
 mod import_log;
 mod import_urdf;
@@ -112,6 +113,8 @@ enum Command {
     ImportUrdf(import_urdf::Arguments),
     /// Write what a controller's core is built from as constants of Rust and C
     ExportCore(export_core::Arguments),
+    /// Write a law or the cell as an FMU, for Simulink, OpenModelica and other tools
+    ExportFmu(export_fmu::Arguments),
     /// Simulate a KUKA controller with the elastic robot behind it, which a client corrects over RSI
     RsiRobot(rsi_robot::Arguments),
     /// Run a law as a client of a KUKA controller over RSI, simulated or real
@@ -153,6 +156,7 @@ impl Arguments {
             Some(Command::ImportLog(arguments)) => import_log::run(arguments),
             Some(Command::ImportUrdf(arguments)) => import_urdf::run(arguments),
             Some(Command::ExportCore(arguments)) => export_core::run(arguments),
+            Some(Command::ExportFmu(arguments)) => export_fmu::run(arguments),
             Some(Command::RsiRobot(arguments)) => rsi_robot::run(arguments),
             Some(Command::RsiCompensate(arguments)) => rsi_compensate::run(arguments),
             Some(Command::Schema(arguments)) => schema::run(arguments),

@@ -1,0 +1,315 @@
+//! The functions of FMI 3.0 for co-simulation.
+//!
+//! # Safety
+//! What the standard asks of an importer holds for every function here: an instance is null or one
+//! that `fmi3InstantiateCoSimulation` gave and `fmi3FreeInstance` did not take, and no two calls use it
+//! at once; a state is null or came from this library; pointers to values are null or have as many as
+//! is said.
+
+#![allow(
+    non_snake_case,
+    clippy::missing_safety_doc,
+    clippy::undocumented_unsafe_blocks,
+    reason = "names of the standard; the promise of all functions and of their calls is above"
+)]
+#![allow(missing_docs, reason = "the standard says what its functions do")]
+
+use super::component::{
+    CallStatus, ERROR, Log, Logger3, OK, call, call_step, deserialise, free, free_state, get,
+    get_state, instantiate, serialise, set, set_state, set_verbose, state_size,
+};
+use super::fmi2::in_one_line;
+use super::pointer::{text, write};
+use crate::contents::instantiate as instance_of;
+use crate::instance::{Asked, Instance, Numbering};
+use std::ffi::{c_char, c_uint, c_void};
+use std::path::Path;
+use std::ptr;
+
+const FLOATS: (Numbering, Asked) = (Numbering::Variables, Asked::Real);
+const INTS: (Numbering, Asked) = (Numbering::Variables, Asked::Integer);
+const FLAGS: (Numbering, Asked) = (Numbering::Variables, Asked::Boolean);
+
+/// `fmi3Boolean`, a C `bool`, of which an importer might give any byte.
+type Flag = u8;
+
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi3GetVersion() -> *const c_char {
+    c"3.0".as_ptr()
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetDebugLogging(
+    instance: *mut c_void,
+    on: Flag,
+    _categories: usize,
+    _names: *const *const c_char,
+) -> CallStatus {
+    unsafe { set_verbose(instance, on != 0) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
+    _name: *const c_char,
+    token: *const c_char,
+    resources: *const c_char,
+    _visible: Flag,
+    logging: Flag,
+    event_mode: Flag,
+    _early_return: Flag,
+    _intermediate: *const c_uint,
+    _intermediates: usize,
+    environment: *mut c_void,
+    logger: Option<Logger3>,
+    _update: *const c_void,
+) -> *mut c_void {
+    let (token, resources) = unsafe { (text(token), text(resources)) };
+    let log = logger.map_or(Log::Nowhere, |logger| Log::Fmi3 { logger, environment });
+    instantiate(log, logging != 0, || {
+        if event_mode != 0 {
+            return Err("this FMU has no event mode".to_owned());
+        }
+        instance_of(Path::new(&*resources), &token).map_err(|error| in_one_line(&error))
+    })
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3FreeInstance(instance: *mut c_void) {
+    unsafe { free(instance) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3EnterInitializationMode(
+    instance: *mut c_void,
+    _tolerance_defined: Flag,
+    _tolerance: f64,
+    start: f64,
+    _stop_defined: Flag,
+    _stop: f64,
+) -> CallStatus {
+    let enter = |instance: &mut Instance| {
+        instance.set_start_time(start)?;
+        instance.enter_initialisation()
+    };
+    unsafe { call(instance, enter) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3ExitInitializationMode(instance: *mut c_void) -> CallStatus {
+    unsafe { call(instance, Instance::exit_initialisation) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3Terminate(instance: *mut c_void) -> CallStatus {
+    unsafe { call(instance, Instance::terminate) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3Reset(instance: *mut c_void) -> CallStatus {
+    let reset = |instance: &mut Instance| {
+        instance.reset();
+        Ok(())
+    };
+    unsafe { call(instance, reset) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3GetFloat64(
+    instance: *mut c_void,
+    references: *const c_uint,
+    count: usize,
+    values: *mut f64,
+    room: usize,
+) -> CallStatus {
+    unsafe { get(instance, (references, count), (values, Some(room)), FLOATS, |value| value) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3GetInt32(
+    instance: *mut c_void,
+    references: *const c_uint,
+    count: usize,
+    values: *mut i32,
+    room: usize,
+) -> CallStatus {
+    unsafe { get(instance, (references, count), (values, Some(room)), INTS, |value| value as i32) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3GetBoolean(
+    instance: *mut c_void,
+    references: *const c_uint,
+    count: usize,
+    values: *mut Flag,
+    room: usize,
+) -> CallStatus {
+    unsafe { get(instance, (references, count), (values, Some(room)), FLAGS, |value| value as Flag) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetFloat64(
+    instance: *mut c_void,
+    references: *const c_uint,
+    count: usize,
+    values: *const f64,
+    given: usize,
+) -> CallStatus {
+    unsafe { set(instance, (references, count), (values, given), FLOATS, |value| value) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetInt32(
+    instance: *mut c_void,
+    references: *const c_uint,
+    count: usize,
+    values: *const i32,
+    given: usize,
+) -> CallStatus {
+    unsafe { set(instance, (references, count), (values, given), INTS, f64::from) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetBoolean(
+    instance: *mut c_void,
+    references: *const c_uint,
+    count: usize,
+    values: *const Flag,
+    given: usize,
+) -> CallStatus {
+    unsafe {
+        set(instance, (references, count), (values, given), FLAGS, |value| f64::from(value != 0))
+    }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3GetFMUState(
+    instance: *mut c_void,
+    state: *mut *mut c_void,
+) -> CallStatus {
+    unsafe { get_state(instance, state) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetFMUState(instance: *mut c_void, state: *mut c_void) -> CallStatus {
+    unsafe { set_state(instance, state) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3FreeFMUState(
+    _instance: *mut c_void,
+    state: *mut *mut c_void,
+) -> CallStatus {
+    unsafe { free_state(state) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
+    instance: *mut c_void,
+    state: *mut c_void,
+    size: *mut usize,
+) -> CallStatus {
+    unsafe { state_size(instance, state, size) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SerializeFMUState(
+    instance: *mut c_void,
+    state: *mut c_void,
+    bytes: *mut u8,
+    size: usize,
+) -> CallStatus {
+    unsafe { serialise(instance, state, (bytes, size)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3DeserializeFMUState(
+    instance: *mut c_void,
+    bytes: *const u8,
+    size: usize,
+    state: *mut *mut c_void,
+) -> CallStatus {
+    unsafe { deserialise(instance, (bytes, size), state) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3DoStep(
+    instance: *mut c_void,
+    time: f64,
+    size: f64,
+    _keeps_no_state: Flag,
+    event_needed: *mut Flag,
+    terminates: *mut Flag,
+    returned_early: *mut Flag,
+    last_time: *mut f64,
+) -> CallStatus {
+    let step = |instance: &mut Instance| {
+        let stepped = instance.step(time, size);
+        unsafe {
+            write(event_needed, 0);
+            write(terminates, 0);
+            write(returned_early, 0);
+            write(last_time, instance.time());
+        }
+        stepped
+    };
+    unsafe { call_step(instance, step) }
+}
+
+/// Functions of other interfaces of FMI 3.0, and what the model description says is not provided. By
+/// the conventions of C a function may leave its arguments unread.
+macro_rules! refused {
+    ($($name:ident)*) => {$(
+        #[unsafe(no_mangle)]
+        pub extern "C" fn $name() -> CallStatus {
+            ERROR
+        }
+    )*};
+}
+
+refused! {
+    fmi3EnterEventMode
+    fmi3GetNumberOfVariableDependencies fmi3GetVariableDependencies
+    fmi3GetDirectionalDerivative fmi3GetAdjointDerivative
+    fmi3EnterConfigurationMode fmi3ExitConfigurationMode
+    fmi3GetIntervalDecimal fmi3GetIntervalFraction fmi3GetShiftDecimal fmi3GetShiftFraction
+    fmi3SetIntervalDecimal fmi3SetIntervalFraction fmi3SetShiftDecimal fmi3SetShiftFraction
+    fmi3EvaluateDiscreteStates fmi3UpdateDiscreteStates
+    fmi3EnterContinuousTimeMode fmi3CompletedIntegratorStep fmi3SetTime
+    fmi3SetContinuousStates fmi3GetContinuousStateDerivatives fmi3GetEventIndicators
+    fmi3GetContinuousStates fmi3GetNominalsOfContinuousStates
+    fmi3GetNumberOfEventIndicators fmi3GetNumberOfContinuousStates
+    fmi3EnterStepMode fmi3GetOutputDerivatives fmi3ActivateModelPartition
+}
+
+/// Types that no variable has: in order where none is asked for.
+macro_rules! without_variables {
+    ($($name:ident)*) => {$(
+        #[unsafe(no_mangle)]
+        pub extern "C" fn $name(
+            _instance: *mut c_void,
+            _references: *const c_uint,
+            count: usize,
+        ) -> CallStatus {
+            if count == 0 { OK } else { ERROR }
+        }
+    )*};
+}
+
+without_variables! {
+    fmi3GetFloat32 fmi3GetInt8 fmi3GetUInt8 fmi3GetInt16 fmi3GetUInt16 fmi3GetUInt32 fmi3GetInt64
+    fmi3GetUInt64 fmi3GetString fmi3GetBinary fmi3GetClock
+    fmi3SetFloat32 fmi3SetInt8 fmi3SetUInt8 fmi3SetInt16 fmi3SetUInt16 fmi3SetUInt32 fmi3SetInt64
+    fmi3SetUInt64 fmi3SetString fmi3SetBinary fmi3SetClock
+}
+
+/// Interfaces that the FMU has not got.
+macro_rules! not_instantiated {
+    ($($name:ident)*) => {$(
+        #[unsafe(no_mangle)]
+        pub extern "C" fn $name() -> *mut c_void {
+            ptr::null_mut()
+        }
+    )*};
+}
+
+not_instantiated! { fmi3InstantiateModelExchange fmi3InstantiateScheduledExecution }
