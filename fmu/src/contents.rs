@@ -259,7 +259,7 @@ fn is_of_table(name: &str) -> bool {
 
 /// A model file's text, with the robot and the process that lie beside it.
 fn beside_its_files(path: &Path, cell: &WeldingCell) -> Result<String> {
-    const FILES: [(&str, &str); 2] = [("robot", "robot.toml"), ("process", "process.toml")];
+    const NAMED_FILES: [(&str, &str); 2] = [("robot", "robot.toml"), ("process", "process.toml")];
     let (name, text) = read_text(path)?;
     let digest = FileDigest::new("model", &name, text.as_bytes()).sha256;
     if !cell.files.iter().any(|file| file.role == "model" && file.sha256 == digest) {
@@ -269,7 +269,7 @@ fn beside_its_files(path: &Path, cell: &WeldingCell) -> Result<String> {
     let lines = text.lines().map(|line| {
         is_head &= !line.trim_start().starts_with('[');
         let key = line.split('=').next().unwrap_or_default().trim();
-        let named = FILES.iter().find(|(role, _)| is_head && key == *role);
+        let named = NAMED_FILES.iter().find(|(role, _)| is_head && key == *role);
         named.map_or_else(|| line.to_owned(), |(role, file)| format!("{role} = \"{file}\""))
     });
     Ok(lines.collect::<Vec<_>>().join("\n") + "\n")

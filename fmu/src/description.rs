@@ -1,7 +1,7 @@
 //! `modelDescription.xml`, from the table of variables.
 
 use crate::model::Model;
-use crate::variable::{Causality, Kind, Quantity, Variable};
+use crate::variable::{Causality, FmuVariable, PhysicalQuantity, ValueKind};
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesStart, Event};
 use std::io;
@@ -77,7 +77,9 @@ pub(crate) fn describe(model: &dyn Model, heading: &Heading<'_>) -> io::Result<V
         ],
     )?;
     let flag = |name, is: bool| (name, is.to_string());
-    let state = if is_third { ["canGetAndSetFMUState", "canSerializeFMUState"] } else {
+    let state = if is_third {
+        ["canGetAndSetFMUState", "canSerializeFMUState"]
+    } else {
         ["canGetAndSetFMUstate", "canSerializeFMUstate"]
     };
     let mut able = vec![
@@ -134,7 +136,9 @@ pub(crate) const LOG_CATEGORIES: [(&str, &str); 2] = [
 
 fn units(xml: &mut Xml) -> io::Result<()> {
     xml.start("UnitDefinitions", &vec![])?;
-    for (_, unit, exponents) in Quantity::WITH_UNIT.iter().filter_map(|quantity| quantity.unit()) {
+    for (_, unit, exponents) in
+        PhysicalQuantity::WITH_UNIT.iter().filter_map(|quantity| quantity.unit())
+    {
         xml.start("Unit", &vec![("name", unit.to_owned())])?;
         let base = exponents.iter().filter(|(_, exponent)| *exponent != 0);
         xml.empty("BaseUnit", &base.map(|(name, of)| (*name, of.to_string())).collect())?;
@@ -145,7 +149,8 @@ fn units(xml: &mut Xml) -> io::Result<()> {
 
 fn types(xml: &mut Xml, is_third: bool) -> io::Result<()> {
     xml.start("TypeDefinitions", &vec![])?;
-    for (name, unit, _) in Quantity::WITH_UNIT.iter().filter_map(|quantity| quantity.unit()) {
+    for (name, unit, _) in PhysicalQuantity::WITH_UNIT.iter().filter_map(|quantity| quantity.unit())
+    {
         let of = vec![("quantity", name.to_owned()), ("unit", unit.to_owned())];
         let named = ("name", name.to_owned());
         if is_third {
@@ -159,18 +164,18 @@ fn types(xml: &mut Xml, is_third: bool) -> io::Result<()> {
     xml.end("TypeDefinitions")
 }
 
-fn number(value: f64, kind: Kind) -> String {
+fn number(value: f64, kind: ValueKind) -> String {
     match kind {
         // Shortest digits that are read back to the same number.
-        Kind::Real(_) => format!("{value:?}"),
-        Kind::Integer => format!("{}", value as i64),
-        Kind::Boolean => (value != 0.0).to_string(),
+        ValueKind::Real(_) => format!("{value:?}"),
+        ValueKind::Integer => format!("{}", value as i64),
+        ValueKind::Boolean => (value != 0.0).to_string(),
     }
 }
 
 /// Causality, variability and initial value as attributes.
-fn roles(variable: &Variable) -> Attributes<'static> {
-    let is_real = matches!(variable.kind, Kind::Real(_));
+fn roles(variable: &FmuVariable) -> Attributes<'static> {
+    let is_real = matches!(variable.kind, ValueKind::Real(_));
     let varies = if is_real { "continuous" } else { "discrete" };
     let of = |causality: &str, variability: &str| {
         vec![("causality", causality.to_owned()), ("variability", variability.to_owned())]
@@ -186,9 +191,9 @@ fn roles(variable: &Variable) -> Attributes<'static> {
 }
 
 /// Type and unit of a variable, and its start value where it has one.
-fn typed(variable: &Variable, start: &[f64]) -> Attributes<'static> {
+fn typed(variable: &FmuVariable, start: &[f64]) -> Attributes<'static> {
     let mut attributes = Vec::new();
-    if let Kind::Real(quantity) = variable.kind
+    if let ValueKind::Real(quantity) = variable.kind
         && let Some((name, unit, _)) = quantity.unit()
     {
         attributes.push(("declaredType", name.to_owned()));
@@ -203,11 +208,11 @@ fn typed(variable: &Variable, start: &[f64]) -> Attributes<'static> {
 }
 
 /// The scalars of a variable, as FMI 2.0 has them.
-fn scalars(xml: &mut Xml, variable: &Variable, start: &[f64]) -> io::Result<()> {
+fn scalars(xml: &mut Xml, variable: &FmuVariable, start: &[f64]) -> io::Result<()> {
     let element = match variable.kind {
-        Kind::Real(_) => "Real",
-        Kind::Integer => "Integer",
-        Kind::Boolean => "Boolean",
+        ValueKind::Real(_) => "Real",
+        ValueKind::Integer => "Integer",
+        ValueKind::Boolean => "Boolean",
     };
     for (k, place) in variable.places.clone().enumerate() {
         let named = vec![
@@ -223,7 +228,7 @@ fn scalars(xml: &mut Xml, variable: &Variable, start: &[f64]) -> io::Result<()> 
 }
 
 /// Name of a variable's scalar `k`: `encoder[2]`, `weld_axes[1,3]`.
-fn scalar_name(variable: &Variable, k: usize) -> String {
+fn scalar_name(variable: &FmuVariable, k: usize) -> String {
     let mut rest = k;
     let mut indices: Vec<String> = Vec::new();
     for length in variable.dimensions.iter().rev() {
@@ -237,11 +242,11 @@ fn scalar_name(variable: &Variable, k: usize) -> String {
 }
 
 /// A variable as FMI 3.0 has it.
-fn array(xml: &mut Xml, variable: &Variable, start: &[f64]) -> io::Result<()> {
+fn array(xml: &mut Xml, variable: &FmuVariable, start: &[f64]) -> io::Result<()> {
     let element = match variable.kind {
-        Kind::Real(_) => "Float64",
-        Kind::Integer => "Int32",
-        Kind::Boolean => "Boolean",
+        ValueKind::Real(_) => "Float64",
+        ValueKind::Integer => "Int32",
+        ValueKind::Boolean => "Boolean",
     };
     let named = vec![
         ("name", variable.name.clone()),
@@ -261,7 +266,7 @@ fn array(xml: &mut Xml, variable: &Variable, start: &[f64]) -> io::Result<()> {
 
 /// Outputs and what is known once initialised. An output is of the last step: it depends on no input of
 /// the same instant, and a loop through the FMU is none of algebra.
-fn structure(xml: &mut Xml, variables: &[Variable], is_third: bool) -> io::Result<()> {
+fn structure(xml: &mut Xml, variables: &[FmuVariable], is_third: bool) -> io::Result<()> {
     let outputs = variables.iter().filter(|variable| variable.causality == Causality::Output);
     // Of scalars the index in the file, which counts from 1; of arrays the reference.
     let named: Vec<Attributes<'_>> = if is_third {

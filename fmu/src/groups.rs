@@ -5,9 +5,11 @@
 //! B base, F flange, T tool, W weld (x along the seam, z into the material); rotations are matrices,
 //! row by row.
 
-use crate::variable::Kind::{Boolean, Integer, Real};
-use crate::variable::Quantity::{Angle, AngularVelocity, Force, Length, Number, Time, Torque};
-use crate::variable::{Group, variables};
+use crate::variable::PhysicalQuantity::{
+    Angle, AngularVelocity, Force, Length, Number, Time, Torque,
+};
+use crate::variable::ValueKind::{Boolean, Integer, Real};
+use crate::variable::{VariableGroup, variables};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::compensation::DeviationMeasurement;
 use trueweld_core::control::{SensorReadings, Setpoint};
@@ -15,7 +17,7 @@ use trueweld_core::{Fault, JointVector, Pose, Twist, Wrench};
 use trueweld_plant::simulate::{CellView, Controlled, Reference};
 
 /// Most readings of a seam sensor in one period, as in the C interface.
-pub(crate) const READINGS: usize = 8;
+pub(crate) const READINGS_A_PERIOD: usize = 8;
 
 variables! {
     /// What a controller is given in one period.
@@ -136,10 +138,10 @@ impl Seen {
         let CellView { reference, readings, .. } = view;
         let Reference { nominal, setpoint, path, planned } = reference;
         let (sensed, measurements) = (&readings.sensed, &readings.measurements);
-        if measurements.len() > READINGS {
+        if measurements.len() > READINGS_A_PERIOD {
             let count = measurements.len();
             return Err(format!(
-                "{count} readings of the seam sensor came in one control period; expected at most {READINGS}"
+                "{count} readings of the seam sensor came in one control period; expected at most {READINGS_A_PERIOD}"
             ));
         }
         let mut seen = Self {
@@ -207,8 +209,8 @@ impl Seen {
     /// A count that cannot be.
     pub(crate) fn measurements(&self) -> Result<Vec<DeviationMeasurement<f64>>, String> {
         let count = self.seam_count;
-        if !(0.0..=READINGS as f64).contains(&count) {
-            return Err(format!("seam_count is {count}; expected 0 to {READINGS}"));
+        if !(0.0..=READINGS_A_PERIOD as f64).contains(&count) {
+            return Err(format!("seam_count is {count}; expected 0 to {READINGS_A_PERIOD}"));
         }
         let reading = |k: usize| DeviationMeasurement {
             deviation: self.seam_deviation[k],

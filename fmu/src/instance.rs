@@ -2,14 +2,11 @@
 //! steps, and the state as bytes. Both versions of FMI call this; nothing here takes a pointer.
 
 use crate::model::{Model, Stepped};
-use crate::variable::{Causality, Kind, Quantity, Table, Variable};
+use crate::variable::{Causality, FmuVariable, TIME_PLACE, ValueKind};
 use sha2::{Digest, Sha256};
 use std::ops::Range;
 use trueweld_core::state::{StateResult, StateVisitor, Stateful};
 use trueweld_plant::simulate::{restore_state, state_of};
-
-/// Place of the time in every model's row.
-const TIME: usize = 0;
 
 /// First bytes of a state.
 const STATE_MAGIC: &[u8; 8] = b"TWSTATE\x01";
@@ -23,15 +20,9 @@ const STEPS_MAX: usize = 1 << 48;
 /// Share of a step by which a communication point or a step may be off: what adding steps up rounds.
 const STEP_TOLERANCE: f64 = 1e-3;
 
-/// Adds the time, which is first in every table.
-pub(crate) fn add_time(table: &mut Table) {
-    let kind = (Kind::Real(Quantity::Time), Causality::Independent);
-    table.add("time", "Time", kind, &[], &[0.0]);
-}
-
 /// What may be called next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mode {
+enum InstanceMode {
     /// Parameters and inputs may be set.
     Instantiated,
     /// Likewise; the start time is known.
@@ -44,15 +35,20 @@ enum Mode {
     Failed,
 }
 
-const MODES: [Mode; 5] =
-    [Mode::Instantiated, Mode::Initialising, Mode::Stepping, Mode::Terminated, Mode::Failed];
+const INSTANCE_MODES: [InstanceMode; 5] = [
+    InstanceMode::Instantiated,
+    InstanceMode::Initialising,
+    InstanceMode::Stepping,
+    InstanceMode::Terminated,
+    InstanceMode::Failed,
+];
 
 /// An instance.
 pub(crate) struct Instance {
     model: Box<dyn Model>,
     /// SHA-256 that program, files and options have in common with the model description.
     token: [u8; DIGEST],
-    mode: Mode,
+    mode: InstanceMode,
     values: Vec<f64>,
     /// Parameters that the model was initialised with.
     initialised: Option<Vec<f64>>,
@@ -69,12 +65,12 @@ pub(crate) enum Asked {
 }
 
 impl Asked {
-    fn is(self, kind: Kind) -> bool {
+    fn is(self, kind: ValueKind) -> bool {
         matches!(
             (self, kind),
-            (Self::Real, Kind::Real(_))
-                | (Self::Integer, Kind::Integer)
-                | (Self::Boolean, Kind::Boolean)
+            (Self::Real, ValueKind::Real(_))
+                | (Self::Integer, ValueKind::Integer)
+                | (Self::Boolean, ValueKind::Boolean)
         )
     }
 }
@@ -95,7 +91,7 @@ impl Instance {
         Self {
             model,
             token,
-            mode: Mode::Instantiated,
+            mode: InstanceMode::Instantiated,
             values,
             initialised: None,
             start_time: 0.0,
@@ -103,7 +99,7 @@ impl Instance {
         }
     }
 
-    fn must_be(&self, modes: &[Mode], what: &str) -> Result<(), String> {
+    fn must_be(&self, modes: &[InstanceMode], what: &str) -> Result<(), String> {
         if modes.contains(&self.mode) {
             return Ok(());
         }
@@ -116,7 +112,7 @@ impl Instance {
         reference: u32,
         numbering: Numbering,
         asked: Asked,
-    ) -> Result<(&Variable, Range<usize>), String> {
+    ) -> Result<(&FmuVariable, Range<usize>), String> {
         let place = reference as usize;
         let known = self.model.table().at(place).filter(|variable| match numbering {
             Numbering::Scalars => true,
@@ -175,7 +171,10 @@ impl Instance {
         (numbering, asked): (Numbering, Asked),
         given: &[f64],
     ) -> Result<(), String> {
-        self.must_be(&[Mode::Instantiated, Mode::Initialising, Mode::Stepping], "setting")?;
+        self.must_be(
+            &[InstanceMode::Instantiated, InstanceMode::Initialising, InstanceMode::Stepping],
+            "setting",
+        )?;
         let count = self.count(references, (numbering, asked))?;
         if count != given.len() {
             return Err(format!("{} values were given for {count}", given.len()));
@@ -188,7 +187,7 @@ impl Instance {
             let name = &variable.name;
             match variable.causality {
                 Causality::Input => {}
-                Causality::Parameter if self.mode == Mode::Stepping => {
+                Causality::Parameter if self.mode == InstanceMode::Stepping => {
                     return Err(format!("the parameter {name} is fixed once the run has begun"));
                 }
                 Causality::Parameter if own.iter().any(|value| !value.is_finite()) => {
@@ -211,11 +210,11 @@ impl Instance {
     /// # Errors
     /// Not the time for it, or no time.
     pub(crate) fn set_start_time(&mut self, start_time: f64) -> Result<(), String> {
-        self.must_be(&[Mode::Instantiated], "setting up the experiment")?;
+        self.must_be(&[InstanceMode::Instantiated], "setting up the experiment")?;
         if !start_time.is_finite() {
             return Err(format!("the start time is {start_time}"));
         }
-        (self.start_time, self.values[TIME]) = (start_time, start_time);
+        (self.start_time, self.values[TIME_PLACE]) = (start_time, start_time);
         Ok(())
     }
 
@@ -224,8 +223,8 @@ impl Instance {
     /// # Errors
     /// Not the time for it.
     pub(crate) fn enter_initialisation(&mut self) -> Result<(), String> {
-        self.must_be(&[Mode::Instantiated], "entering initialisation")?;
-        self.mode = Mode::Initialising;
+        self.must_be(&[InstanceMode::Instantiated], "entering initialisation")?;
+        self.mode = InstanceMode::Initialising;
         Ok(())
     }
 
@@ -234,9 +233,9 @@ impl Instance {
     /// # Errors
     /// A parameter that cannot be.
     pub(crate) fn exit_initialisation(&mut self) -> Result<(), String> {
-        self.must_be(&[Mode::Initialising], "leaving initialisation")?;
-        self.initialise().inspect_err(|_| self.mode = Mode::Failed)?;
-        (self.steps, self.mode) = (0, Mode::Stepping);
+        self.must_be(&[InstanceMode::Initialising], "leaving initialisation")?;
+        self.initialise().inspect_err(|_| self.mode = InstanceMode::Failed)?;
+        (self.steps, self.mode) = (0, InstanceMode::Stepping);
         Ok(())
     }
 
@@ -264,7 +263,7 @@ impl Instance {
     /// Not the time for it; another point or size than the model's; a step that fails, after which
     /// there are no more.
     pub(crate) fn step(&mut self, from: f64, size: f64) -> Result<Stepped, String> {
-        self.must_be(&[Mode::Stepping], "a step")?;
+        self.must_be(&[InstanceMode::Stepping], "a step")?;
         let (period, time) = (self.model.period(), self.time());
         let tolerance = STEP_TOLERANCE * period;
         // Also false where there is no number.
@@ -276,9 +275,9 @@ impl Instance {
             return Err(format!("the step begins at {from} s; expected {time} s"));
         }
         let stepped = self.model.step(&mut self.values);
-        let stepped = stepped.inspect_err(|_| self.mode = Mode::Failed)?;
+        let stepped = stepped.inspect_err(|_| self.mode = InstanceMode::Failed)?;
         self.steps += 1;
-        self.values[TIME] = self.time();
+        self.values[TIME_PLACE] = self.time();
         Ok(stepped)
     }
 
@@ -287,21 +286,21 @@ impl Instance {
     /// # Errors
     /// Not the time for it.
     pub(crate) fn terminate(&mut self) -> Result<(), String> {
-        self.must_be(&[Mode::Stepping, Mode::Failed], "terminating")?;
-        self.mode = Mode::Terminated;
+        self.must_be(&[InstanceMode::Stepping, InstanceMode::Failed], "terminating")?;
+        self.mode = InstanceMode::Terminated;
         Ok(())
     }
 
     /// As it was instantiated.
     pub(crate) fn reset(&mut self) {
         self.values.clone_from(&self.model.table().start);
-        (self.mode, self.initialised) = (Mode::Instantiated, None);
+        (self.mode, self.initialised) = (InstanceMode::Instantiated, None);
         (self.start_time, self.steps) = (0.0, 0);
     }
 
     /// Holds no more steps: after a panic nothing that it holds can be trusted.
     pub(crate) fn fail(&mut self) {
-        self.mode = Mode::Failed;
+        self.mode = InstanceMode::Failed;
     }
 
     /// Its whole state, which an instance of the same FMU takes in any process:
@@ -353,7 +352,7 @@ impl Instance {
             self.initialised = None;
         }
         restore_state(self, rest).map_err(|error| {
-            self.mode = Mode::Failed;
+            self.mode = InstanceMode::Failed;
             error.to_string()
         })?;
         if self.initialised.is_some() {
@@ -392,14 +391,15 @@ impl Instance {
 /// All but values and parameters.
 impl Stateful for Instance {
     fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
-        let mut mode = MODES.iter().position(|mode| *mode == self.mode).unwrap_or_default();
-        visitor.count(&mut mode, MODES.len() - 1)?;
+        let mut mode =
+            INSTANCE_MODES.iter().position(|mode| *mode == self.mode).unwrap_or_default();
+        visitor.count(&mut mode, INSTANCE_MODES.len() - 1)?;
         visitor.scalar(&mut self.start_time)?;
         visitor.count(&mut self.steps, STEPS_MAX)?;
         if self.initialised.is_some() {
             self.model.visit_state(visitor)?;
         }
-        self.mode = MODES[mode];
+        self.mode = INSTANCE_MODES[mode];
         Ok(())
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::groups::{Commanded, Seen};
 use crate::model::{Model, Stepped};
-use crate::variable::{Causality, Group, Kind, Quantity, Table};
+use crate::variable::{Causality, PhysicalQuantity, ValueKind, VariableGroup, VariableTable};
 use std::ops::Range;
 use trueweld::WeldingCell;
 use trueweld::laws::{Entry, OwnedLaw};
@@ -11,7 +11,7 @@ use trueweld_plant::controllers::{ControllerKind, OwnedController};
 use trueweld_plant::simulate::{ControlSide, Scenario, WeldProgram};
 
 /// Before the names of gains, so that none is that of another variable.
-const GAIN: &str = "gain_";
+const GAIN_PREFIX: &str = "gain_";
 
 /// A gain that is a parameter.
 #[derive(Debug, Clone)]
@@ -26,7 +26,7 @@ pub(crate) struct LawModel {
     cell: WeldingCell,
     controller: ControllerKind,
     law: Entry,
-    table: Table,
+    table: VariableTable,
     gains: Vec<GainParameter>,
     inputs: Range<usize>,
     outputs: Range<usize>,
@@ -37,17 +37,16 @@ pub(crate) struct LawModel {
 impl LawModel {
     /// The law of a cell. The gains are those of its control file, or the law's own.
     pub(crate) fn new(cell: WeldingCell, controller: ControllerKind, law: Entry) -> Self {
-        let mut table = Table::default();
-        crate::instance::add_time(&mut table);
+        let mut table = VariableTable::new();
         let mut gains = Vec::new();
         for (key, value) in law.gains(&cell.control.laws) {
             // Gains that are no numbers stay as they are.
             let Some((is_list, start)) = numbers(&value) else { continue };
-            let kind = Kind::Real(Quantity::of_key(&key));
+            let kind = ValueKind::Real(PhysicalQuantity::of_key(&key));
             let dimensions: &[usize] = if is_list { &[start.len()] } else { &[] };
             let first = table.start.len();
             table.add(
-                format!("{GAIN}{key}"),
+                format!("{GAIN_PREFIX}{key}"),
                 format!("Gain {key} of the law {}", law.name()),
                 (kind, Causality::Parameter),
                 dimensions,
@@ -77,7 +76,7 @@ fn numbers(value: &toml::Value) -> Option<(bool, Vec<f64>)> {
 }
 
 impl Model for LawModel {
-    fn table(&self) -> &Table {
+    fn table(&self) -> &VariableTable {
         &self.table
     }
 

@@ -1,6 +1,6 @@
 //! What an FMU runs: a law with its controller, or a cell.
 
-use crate::variable::Table;
+use crate::variable::VariableTable;
 use trueweld_core::state::{StateResult, StateVisitor};
 
 /// How a call went that was in order.
@@ -17,7 +17,7 @@ pub(crate) enum Stepped {
 /// A model of fixed step. Errors are sentences for the importer's log.
 pub(crate) trait Model {
     /// Its variables with what they begin as.
-    fn table(&self) -> &Table;
+    fn table(&self) -> &VariableTable;
 
     /// Its step, s.
     fn period(&self) -> f64;

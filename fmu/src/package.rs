@@ -59,7 +59,9 @@ impl Platform {
                 let place = u32::from_le_bytes(library.get(0x3c..0x40)?.try_into().ok()?) as usize;
                 match library.get(place..place.checked_add(6)?)? {
                     [b'P', b'E', 0, 0, 0x64, 0x86] => of("win64", "x86_64-windows", "dll"),
-                    [b'P', b'E', 0, 0, 0x64, 0xaa] => of("aarch64-windows", "aarch64-windows", "dll"),
+                    [b'P', b'E', 0, 0, 0x64, 0xaa] => {
+                        of("aarch64-windows", "aarch64-windows", "dll")
+                    }
                     _ => None,
                 }
             }
@@ -129,10 +131,7 @@ impl FmuExport<'_> {
                 .into_diagnostic()
                 .wrap_err_with(|| format!("cannot read the library {}", path.display()))?;
             let platform = Platform::of(&library).ok_or_else(|| {
-                miette!(
-                    "{}: it is no shared library of a platform that FMI has",
-                    path.display()
-                )
+                miette!("{}: it is no shared library of a platform that FMI has", path.display())
             })?;
             let folder = match self.version {
                 FmiVersion::Fmi2 => platform.fmi2,

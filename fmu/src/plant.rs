@@ -3,7 +3,7 @@
 
 use crate::groups::{CellParameters, DrivenByCorrection, DrivenByTorque, Seen, Shown};
 use crate::model::{Model, Stepped};
-use crate::variable::{Causality, Group, Table};
+use crate::variable::{Causality, VariableGroup, VariableTable};
 use std::cell::Cell as Shared;
 use std::ops::Range;
 use std::rc::Rc;
@@ -32,11 +32,7 @@ struct GivenCorrection(Rc<Shared<Twist<f64>>>);
 impl Compensator<f64> for GivenCorrection {
     fn reset(&mut self) {}
 
-    fn demand(
-        &mut self,
-        _: &Robot<f64>,
-        _: &Observation<'_, f64>,
-    ) -> Result<Twist<f64>, Fault> {
+    fn demand(&mut self, _: &Robot<f64>, _: &Observation<'_, f64>) -> Result<Twist<f64>, Fault> {
         let demand = self.0.get();
         if demand.is_finite() { Ok(demand) } else { Err(Fault::Compensation) }
     }
@@ -68,7 +64,7 @@ pub(crate) struct CellModel {
     input: CellInput,
     /// Without one: what laws demand comes from outside.
     law: Entry,
-    table: Table,
+    table: VariableTable,
     places: CellPlaces,
     open: Option<OpenCell>,
     inside: Option<Inside>,
@@ -90,8 +86,7 @@ impl CellModel {
         let seed = i32::try_from(cell.seed).map_err(|_| {
             format!("the seed {} does not fit into 31 bits; expected a smaller one", cell.seed)
         })?;
-        let mut table = Table::default();
-        crate::instance::add_time(&mut table);
+        let mut table = VariableTable::new();
         let parameters = CellParameters { seed: f64::from(seed) };
         let parameters = table.group(&parameters, Causality::Parameter);
         let inputs = match input {
@@ -179,7 +174,7 @@ fn shown(open: &OpenCell, view: &CellView, held: u8) -> Shown {
 }
 
 impl Model for CellModel {
-    fn table(&self) -> &Table {
+    fn table(&self) -> &VariableTable {
         &self.table
     }
 

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 /// The physical quantity of a variable, with its unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Quantity {
+pub(crate) enum PhysicalQuantity {
     /// Without a unit.
     Number,
     /// rad
@@ -34,7 +34,7 @@ pub(crate) enum Quantity {
 /// Exponents of a unit in kg, m, s and rad.
 pub(crate) type Exponents = [(&'static str, i32); 4];
 
-impl Quantity {
+impl PhysicalQuantity {
     /// Every quantity that has a unit.
     pub(crate) const WITH_UNIT: [Self; 9] = [
         Self::Angle,
@@ -67,14 +67,14 @@ impl Quantity {
 
     /// Of a gain, whose key ends in its unit.
     pub(crate) fn of_key(key: &str) -> Self {
-        const SUFFIXES: [(&str, Quantity); 7] = [
-            ("_rad_s", Quantity::AngularVelocity),
-            ("_n_m", Quantity::Stiffness),
-            ("_s_m", Quantity::Slowness),
-            ("_hz", Quantity::Frequency),
-            ("_rad", Quantity::Angle),
-            ("_m", Quantity::Length),
-            ("_s", Quantity::Time),
+        const SUFFIXES: [(&str, PhysicalQuantity); 7] = [
+            ("_rad_s", PhysicalQuantity::AngularVelocity),
+            ("_n_m", PhysicalQuantity::Stiffness),
+            ("_s_m", PhysicalQuantity::Slowness),
+            ("_hz", PhysicalQuantity::Frequency),
+            ("_rad", PhysicalQuantity::Angle),
+            ("_m", PhysicalQuantity::Length),
+            ("_s", PhysicalQuantity::Time),
         ];
         let suffix = SUFFIXES.iter().find(|(suffix, _)| key.ends_with(suffix));
         suffix.map_or(Self::Number, |(_, quantity)| *quantity)
@@ -83,9 +83,9 @@ impl Quantity {
 
 /// What values a variable has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum ValueKind {
     /// Double precision.
-    Real(Quantity),
+    Real(PhysicalQuantity),
     /// 32 bits.
     Integer,
     /// True or false.
@@ -107,10 +107,10 @@ pub(crate) enum Causality {
 
 /// A scalar or an array.
 #[derive(Debug, Clone)]
-pub(crate) struct Variable {
+pub(crate) struct FmuVariable {
     pub name: String,
     pub text: String,
-    pub kind: Kind,
+    pub kind: ValueKind,
     pub causality: Causality,
     /// Length along each index, the last of which runs fastest; empty of a scalar.
     pub dimensions: Vec<usize>,
@@ -120,25 +120,36 @@ pub(crate) struct Variable {
 }
 
 /// The variables of a model, and what they begin as.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Table {
-    pub variables: Vec<Variable>,
+#[derive(Debug, Clone)]
+pub(crate) struct VariableTable {
+    pub variables: Vec<FmuVariable>,
     pub start: Vec<f64>,
 }
 
-impl Table {
+/// Place of the time in every row.
+pub(crate) const TIME_PLACE: usize = 0;
+
+impl VariableTable {
+    /// The time alone, which is first in every table.
+    pub(crate) fn new() -> Self {
+        let mut table = Self { variables: Vec::new(), start: Vec::new() };
+        let time = (ValueKind::Real(PhysicalQuantity::Time), Causality::Independent);
+        table.add("time", "Time", time, &[], &[0.0]);
+        table
+    }
+
     /// Adds a variable.
     pub(crate) fn add(
         &mut self,
         name: impl Into<String>,
         text: impl Into<String>,
-        (kind, causality): (Kind, Causality),
+        (kind, causality): (ValueKind, Causality),
         dimensions: &[usize],
         start: &[f64],
     ) {
         let first = self.start.len();
         self.start.extend_from_slice(start);
-        self.variables.push(Variable {
+        self.variables.push(FmuVariable {
             name: name.into(),
             text: text.into(),
             kind,
@@ -149,14 +160,18 @@ impl Table {
     }
 
     /// Adds a group, whose values it begins as; where they are in the row.
-    pub(crate) fn group<G: Group>(&mut self, group: &G, causality: Causality) -> Range<usize> {
+    pub(crate) fn group<G: VariableGroup>(
+        &mut self,
+        group: &G,
+        causality: Causality,
+    ) -> Range<usize> {
         let first = self.start.len();
         group.declare(causality, self);
         first..self.start.len()
     }
 
     /// The variable that has a place in the row.
-    pub(crate) fn at(&self, place: usize) -> Option<&Variable> {
+    pub(crate) fn at(&self, place: usize) -> Option<&FmuVariable> {
         let next = self.variables.partition_point(|variable| variable.places.end <= place);
         self.variables.get(next)
     }
@@ -210,12 +225,12 @@ impl<const N: usize, const M: usize> Slots for [[f64; N]; M] {
 }
 
 /// Variables that are declared together.
-pub(crate) trait Group: Sized {
+pub(crate) trait VariableGroup: Sized {
     /// All of them 0.
     const ZERO: Self;
 
     /// Adds them to a table.
-    fn declare(&self, causality: Causality, table: &mut Table);
+    fn declare(&self, causality: Causality, table: &mut VariableTable);
 
     /// From their part of the row.
     fn load(values: &[f64]) -> Self;
@@ -233,13 +248,13 @@ macro_rules! variables {
             $(#[doc = $text] pub $name: $type),*
         }
 
-        impl $crate::variable::Group for $group {
+        impl $crate::variable::VariableGroup for $group {
             const ZERO: Self = Self { $($name: <$type as $crate::variable::Slots>::ZERO),* };
 
             fn declare(
                 &self,
                 causality: $crate::variable::Causality,
-                table: &mut $crate::variable::Table,
+                table: &mut $crate::variable::VariableTable,
             ) {
                 use $crate::variable::Slots;
                 $(table.add(

@@ -1,1 +1,4 @@
-fn main() {}
+//! The functions that importers call, called as they call them.
+
+mod abi;
+mod package;

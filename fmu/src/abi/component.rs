@@ -8,37 +8,31 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 /// Status of a call, the same numbers in both versions of FMI.
 pub(super) type CallStatus = c_int;
 
-pub(super) const OK: CallStatus = 0;
-pub(super) const WARNING: CallStatus = 1;
-pub(super) const DISCARD: CallStatus = 2;
-pub(super) const ERROR: CallStatus = 3;
+pub(super) const STATUS_OK: CallStatus = 0;
+pub(super) const STATUS_WARNING: CallStatus = 1;
+pub(super) const STATUS_DISCARD: CallStatus = 2;
+pub(super) const STATUS_ERROR: CallStatus = 3;
 
 /// `void logger(environment, instanceName, status, category, message, ...)` of FMI 2.0.
-pub(super) type Logger2 = unsafe extern "C" fn(
-    *mut c_void,
-    *const c_char,
-    CallStatus,
-    *const c_char,
-    *const c_char,
-    ...
-);
+pub(super) type Logger2 =
+    unsafe extern "C" fn(*mut c_void, *const c_char, CallStatus, *const c_char, *const c_char, ...);
 
 /// `void logMessage(environment, status, category, message)` of FMI 3.0.
 pub(super) type Logger3 =
     unsafe extern "C" fn(*mut c_void, CallStatus, *const c_char, *const c_char);
 
 /// Where messages go.
-pub(super) enum Log {
+pub(super) enum MessageLog {
     Nowhere,
     Fmi2 { logger: Logger2, environment: *mut c_void, name: CString },
     Fmi3 { logger: Logger3, environment: *mut c_void },
 }
 
-impl Log {
+impl MessageLog {
     /// Tells the importer. Only called while a call of the importer's is under way.
     pub(super) fn tell(&self, status: CallStatus, text: &str) {
         let category: &CStr =
-            if status == WARNING { c"logStatusWarning" } else { c"logStatusError" };
+            if status == STATUS_WARNING { c"logStatusWarning" } else { c"logStatusError" };
         let message = |text: &str| CString::new(text.replace('\0', " ")).unwrap_or_default();
         match self {
             Self::Nowhere => {}
@@ -62,7 +56,7 @@ impl Log {
 /// What the importer's pointer to an instance leads to.
 pub(super) struct Component {
     instance: Instance,
-    log: Log,
+    log: MessageLog,
     /// Whether warnings are told.
     pub verbose: bool,
     /// The last warning: one that stands for many steps is told once.
@@ -71,7 +65,7 @@ pub(super) struct Component {
 
 /// What `make` makes of an instance, as a pointer for the importer; null where it cannot be made.
 pub(super) fn instantiate(
-    log: Log,
+    log: MessageLog,
     verbose: bool,
     make: impl FnOnce() -> Result<Instance, String>,
 ) -> *mut c_void {
@@ -82,7 +76,7 @@ pub(super) fn instantiate(
             Box::into_raw(Box::new(component)).cast()
         }
         Err(text) => {
-            log.tell(ERROR, &text);
+            log.tell(STATUS_ERROR, &text);
             std::ptr::null_mut()
         }
     }
@@ -118,30 +112,32 @@ pub(super) unsafe fn call_step(
 ) -> CallStatus {
     // SAFETY: the caller's promise.
     let Some(component) = (unsafe { component(pointer) }) else {
-        return ERROR;
+        return STATUS_ERROR;
     };
     let instance = &mut component.instance;
     match catch_unwind(AssertUnwindSafe(|| what(instance))) {
-        Ok(Ok(Stepped::Idle)) => OK,
+        Ok(Ok(Stepped::Idle)) => STATUS_OK,
         Ok(Ok(Stepped::Well)) => {
             component.warned.clear();
-            OK
+            STATUS_OK
         }
         Ok(Ok(Stepped::Warned(text))) => {
             if component.verbose && component.warned != text {
-                component.log.tell(WARNING, &text);
+                component.log.tell(STATUS_WARNING, &text);
             }
             component.warned = text;
-            WARNING
+            STATUS_WARNING
         }
         Ok(Err(text)) => {
-            component.log.tell(ERROR, &text);
-            ERROR
+            component.log.tell(STATUS_ERROR, &text);
+            STATUS_ERROR
         }
         Err(_) => {
             component.instance.fail();
-            component.log.tell(ERROR, "a panic: please report it; the instance takes no more steps");
-            ERROR
+            component
+                .log
+                .tell(STATUS_ERROR, "a panic: please report it; the instance takes no more steps");
+            STATUS_ERROR
         }
     }
 }
@@ -167,9 +163,9 @@ pub(super) unsafe fn set_verbose(pointer: *mut c_void, verbose: bool) -> CallSta
     match unsafe { component(pointer) } {
         Some(component) => {
             component.verbose = verbose;
-            OK
+            STATUS_OK
         }
-        None => ERROR,
+        None => STATUS_ERROR,
     }
 }
 
@@ -285,7 +281,7 @@ pub(super) unsafe fn free_state(state: *mut *mut c_void) -> CallStatus {
         drop(unsafe { Box::from_raw(state.cast::<SavedState>()) });
         *state = std::ptr::null_mut();
     }
-    OK
+    STATUS_OK
 }
 
 /// Bytes of a serialised state.

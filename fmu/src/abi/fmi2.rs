@@ -14,8 +14,9 @@
 #![allow(missing_docs, reason = "the standard says what its functions do")]
 
 use super::component::{
-    CallStatus, DISCARD, ERROR, Log, Logger2, OK, call, call_step, deserialise, free, free_state,
-    get, get_state, instantiate, serialise, set, set_state, set_verbose, state_size,
+    CallStatus, Logger2, MessageLog, STATUS_DISCARD, STATUS_ERROR, STATUS_OK, call, call_step,
+    deserialise, free, free_state, get, get_state, instantiate, serialise, set, set_state,
+    set_verbose, state_size,
 };
 use super::pointer::{folder_of, text, write};
 use crate::contents::instantiate as instance_of;
@@ -71,12 +72,12 @@ pub unsafe extern "C" fn fmi2Instantiate(
 ) -> *mut c_void {
     let (name, guid, resources) = unsafe { (text(name), text(guid), text(resources)) };
     let log = match unsafe { callbacks.as_ref() } {
-        Some(Fmi2Callbacks { logger: Some(logger), environment, .. }) => Log::Fmi2 {
+        Some(Fmi2Callbacks { logger: Some(logger), environment, .. }) => MessageLog::Fmi2 {
             logger: *logger,
             environment: *environment,
             name: CString::new(name.as_bytes()).unwrap_or_default(),
         },
-        _ => Log::Nowhere,
+        _ => MessageLog::Nowhere,
     };
     instantiate(log, logging != 0, || {
         if kind != CO_SIMULATION {
@@ -189,9 +190,7 @@ pub unsafe extern "C" fn fmi2SetBoolean(
     count: usize,
     values: *const c_int,
 ) -> CallStatus {
-    unsafe {
-        set(c, (references, count), (values, count), BOOLEANS, |value| f64::from(value != 0))
-    }
+    unsafe { set(c, (references, count), (values, count), BOOLEANS, |value| f64::from(value != 0)) }
 }
 
 /// No model has texts.
@@ -202,7 +201,7 @@ pub extern "C" fn fmi2GetString(
     count: usize,
     _values: *mut *const c_char,
 ) -> CallStatus {
-    if count == 0 { OK } else { ERROR }
+    if count == 0 { STATUS_OK } else { STATUS_ERROR }
 }
 
 /// No model has texts.
@@ -213,7 +212,7 @@ pub extern "C" fn fmi2SetString(
     count: usize,
     _values: *const *const c_char,
 ) -> CallStatus {
-    if count == 0 { OK } else { ERROR }
+    if count == 0 { STATUS_OK } else { STATUS_ERROR }
 }
 
 #[unsafe(no_mangle)]
@@ -271,7 +270,7 @@ pub extern "C" fn fmi2GetDirectionalDerivative(
     _known_change: *const f64,
     _unknown_change: *mut f64,
 ) -> CallStatus {
-    ERROR
+    STATUS_ERROR
 }
 
 /// Inputs are held over a step: derivatives of order 0 alone.
@@ -283,7 +282,7 @@ pub extern "C" fn fmi2SetRealInputDerivatives(
     _orders: *const c_int,
     _values: *const f64,
 ) -> CallStatus {
-    if count == 0 { OK } else { ERROR }
+    if count == 0 { STATUS_OK } else { STATUS_ERROR }
 }
 
 /// Likewise of outputs.
@@ -295,7 +294,7 @@ pub extern "C" fn fmi2GetRealOutputDerivatives(
     _orders: *const c_int,
     _values: *mut f64,
 ) -> CallStatus {
-    if count == 0 { OK } else { ERROR }
+    if count == 0 { STATUS_OK } else { STATUS_ERROR }
 }
 
 #[unsafe(no_mangle)]
@@ -311,13 +310,13 @@ pub unsafe extern "C" fn fmi2DoStep(
 /// Steps end before they return: there is none to cancel.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2CancelStep(_c: *mut c_void) -> CallStatus {
-    ERROR
+    STATUS_ERROR
 }
 
 /// Asked while a step is under way, which it never is.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2GetStatus(_c: *mut c_void, _kind: c_int, _value: *mut c_int) -> CallStatus {
-    DISCARD
+    STATUS_DISCARD
 }
 
 /// The end of the last step that succeeded, s.
@@ -330,7 +329,7 @@ pub unsafe extern "C" fn fmi2GetRealStatus(
     /// `fmi2LastSuccessfulTime` of `fmi2StatusKind`.
     const LAST_SUCCESSFUL_TIME: c_int = 2;
     if kind != LAST_SUCCESSFUL_TIME {
-        return DISCARD;
+        return STATUS_DISCARD;
     }
     let read = |instance: &mut Instance| {
         unsafe { write(value, instance.time()) };
@@ -345,7 +344,7 @@ pub extern "C" fn fmi2GetIntegerStatus(
     _kind: c_int,
     _value: *mut c_int,
 ) -> CallStatus {
-    DISCARD
+    STATUS_DISCARD
 }
 
 /// Whether the FMU asks to end the run, which it does not.
@@ -358,10 +357,10 @@ pub unsafe extern "C" fn fmi2GetBooleanStatus(
     /// `fmi2Terminated` of `fmi2StatusKind`.
     const TERMINATED: c_int = 3;
     if kind != TERMINATED {
-        return DISCARD;
+        return STATUS_DISCARD;
     }
     unsafe { write(value, 0) };
-    OK
+    STATUS_OK
 }
 
 #[unsafe(no_mangle)]
@@ -370,5 +369,5 @@ pub extern "C" fn fmi2GetStringStatus(
     _kind: c_int,
     _value: *mut *const c_char,
 ) -> CallStatus {
-    DISCARD
+    STATUS_DISCARD
 }

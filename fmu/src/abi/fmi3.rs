@@ -15,8 +15,8 @@
 #![allow(missing_docs, reason = "the standard says what its functions do")]
 
 use super::component::{
-    CallStatus, ERROR, Log, Logger3, OK, call, call_step, deserialise, free, free_state, get,
-    get_state, instantiate, serialise, set, set_state, set_verbose, state_size,
+    CallStatus, Logger3, MessageLog, STATUS_ERROR, STATUS_OK, call, call_step, deserialise, free,
+    free_state, get, get_state, instantiate, serialise, set, set_state, set_verbose, state_size,
 };
 use super::fmi2::in_one_line;
 use super::pointer::{text, write};
@@ -64,7 +64,7 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     _update: *const c_void,
 ) -> *mut c_void {
     let (token, resources) = unsafe { (text(token), text(resources)) };
-    let log = logger.map_or(Log::Nowhere, |logger| Log::Fmi3 { logger, environment });
+    let log = logger.map_or(MessageLog::Nowhere, |logger| MessageLog::Fmi3 { logger, environment });
     instantiate(log, logging != 0, || {
         if event_mode != 0 {
             return Err("this FMU has no event mode".to_owned());
@@ -143,7 +143,9 @@ pub unsafe extern "C" fn fmi3GetBoolean(
     values: *mut Flag,
     room: usize,
 ) -> CallStatus {
-    unsafe { get(instance, (references, count), (values, Some(room)), FLAGS, |value| value as Flag) }
+    unsafe {
+        get(instance, (references, count), (values, Some(room)), FLAGS, |value| value as Flag)
+    }
 }
 
 #[unsafe(no_mangle)]
@@ -261,7 +263,7 @@ macro_rules! refused {
     ($($name:ident)*) => {$(
         #[unsafe(no_mangle)]
         pub extern "C" fn $name() -> CallStatus {
-            ERROR
+            STATUS_ERROR
         }
     )*};
 }
@@ -290,7 +292,7 @@ macro_rules! without_variables {
             _references: *const c_uint,
             count: usize,
         ) -> CallStatus {
-            if count == 0 { OK } else { ERROR }
+            if count == 0 { STATUS_OK } else { STATUS_ERROR }
         }
     )*};
 }

@@ -2,6 +2,7 @@
 
 use crate::inputs::WeldArguments;
 use crate::names::{ControllerParser, LawParser};
+use crate::results::{check_outputs, check_targets};
 use clap::{ArgGroup, Args, ValueEnum};
 use miette::Result;
 use std::path::PathBuf;
@@ -63,7 +64,13 @@ enum FmiNumber {
 
 /// Runs the command.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let name = arguments.law.as_ref().map_or("plant", Entry::name);
+    let own = || PathBuf::from("out").join(format!("{name}.fmu"));
+    let out = arguments.out.clone().unwrap_or_else(own);
+    let outputs = [("--out", out.as_path())];
+    check_targets(&outputs)?;
     let cell = arguments.files.read()?;
+    check_outputs(&outputs)?;
     let model = match &arguments.law {
         Some(law) => FmuModel::Law(law.clone()),
         None => FmuModel::Plant(match arguments.input {
@@ -85,9 +92,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         },
     };
     let (bytes, summary) = export.package(&cell, &libraries)?;
-    let name = arguments.law.as_ref().map_or("plant", Entry::name);
-    let out = arguments.out.clone();
-    let out = out.unwrap_or_else(|| PathBuf::from("out").join(name).with_extension("fmu"));
     write_file(&out, bytes)?;
     say!(
         "wrote {}\nstep, s         {}\nplatforms       {}\ndigest          {}\n",

@@ -46,7 +46,8 @@ fn goes_on(scenario: &Scenario<'_>, before: usize, after: usize) {
 #[test]
 fn every_law_and_controller_goes_on_from_its_state() {
     let fixtures = short();
-    let cell = fixtures.cell(&["backlash:A5:half_gap_rad=2e-4", "hysteresis:A2:torque_nm=400,twist_rad=1e-4"]);
+    let cell = fixtures
+        .cell(&["backlash:A5:half_gap_rad=2e-4", "hysteresis:A2:torque_nm=400,twist_rad=1e-4"]);
     let combined = trueweld_compensators::find("elastostatic+seam-tracking").expect("two laws");
     let laws: Vec<Entry> = library().iter().cloned().chain([combined]).collect();
     for (k, law) in laws.iter().enumerate() {
