@@ -275,19 +275,23 @@ fn structure(xml: &mut Xml, variables: &[FmuVariable], is_third: bool) -> io::Re
         let scalars = outputs.flat_map(|of| of.places.clone());
         scalars.map(|place| vec![("index", (place + 1).to_string())]).collect()
     };
-    let independent = ("dependencies", String::new());
+    let outputs = named.iter().map(|of| {
+        let mut output = of.clone();
+        output.push(("dependencies", String::new()));
+        output
+    });
     xml.start("ModelStructure", &vec![])?;
     if is_third {
-        for output in &named {
-            xml.empty("Output", &[&output[..], &[independent.clone()]].concat())?;
+        for output in outputs {
+            xml.empty("Output", &output)?;
         }
         for output in &named {
             xml.empty("InitialUnknown", output)?;
         }
     } else {
         xml.start("Outputs", &vec![])?;
-        for output in &named {
-            xml.empty("Unknown", &[&output[..], &[independent.clone()]].concat())?;
+        for output in outputs {
+            xml.empty("Unknown", &output)?;
         }
         xml.end("Outputs")?;
         xml.start("InitialUnknowns", &vec![])?;

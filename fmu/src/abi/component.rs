@@ -345,3 +345,79 @@ pub(super) unsafe fn deserialise(
     // SAFETY: the caller's promise.
     unsafe { call(pointer, read) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Model;
+    use crate::variable::VariableTable;
+    use trueweld_core::state::{StateResult, StateVisitor};
+
+    /// A model that panics in its second step.
+    struct Panics(VariableTable, u8);
+
+    impl Model for Panics {
+        fn table(&self) -> &VariableTable {
+            &self.0
+        }
+
+        fn period(&self) -> f64 {
+            1.0
+        }
+
+        fn duration(&self) -> f64 {
+            1.0
+        }
+
+        fn initialise(&mut self, _: &mut [f64]) -> Result<(), String> {
+            Ok(())
+        }
+
+        fn step(&mut self, _: &mut [f64]) -> Result<Stepped, String> {
+            assert_eq!(self.1, 0);
+            self.1 += 1;
+            Ok(Stepped::Warned("once".to_owned()))
+        }
+
+        fn visit_state(&mut self, _: &mut dyn StateVisitor) -> StateResult {
+            Ok(())
+        }
+
+        fn restored(&mut self) {}
+    }
+
+    /// Counts what it is told, in the integer that its environment is.
+    unsafe extern "C" fn count(
+        environment: *mut c_void,
+        _: CallStatus,
+        _: *const c_char,
+        _: *const c_char,
+    ) {
+        // SAFETY: the test's own.
+        unsafe { *environment.cast::<u32>() += 1 };
+    }
+
+    #[test]
+    fn a_panic_is_an_error_and_the_end_of_steps() {
+        let mut told = 0_u32;
+        let log = MessageLog::Fmi3 { logger: count, environment: (&raw mut told).cast() };
+        let model = Box::new(Panics(VariableTable::new(), 0));
+        let pointer = instantiate(log, true, || Ok(Instance::new(model, [0; 32])));
+        let step = |time: f64| {
+            // SAFETY: an instance that lives.
+            unsafe { call_step(pointer, |instance| instance.step(time, 1.0)) }
+        };
+        // SAFETY: likewise, freed once.
+        unsafe {
+            assert_eq!(call(pointer, Instance::enter_initialisation), STATUS_OK);
+            assert_eq!(call(pointer, Instance::exit_initialisation), STATUS_OK);
+            assert_eq!(step(0.0), STATUS_WARNING);
+            assert_eq!(step(1.0), STATUS_ERROR);
+            assert_eq!(step(1.0), STATUS_ERROR);
+            free(pointer);
+        }
+        assert_eq!(told, 3);
+        let none = instantiate(MessageLog::Nowhere, true, || panic!("on purpose"));
+        assert!(none.is_null());
+    }
+}
