@@ -1,8 +1,9 @@
 //! What an FMU is of: files and options of a cell, as they lie in its folder `resources`.
 //!
 //! The folder holds every file that the cell was read from, and `fmu.toml` with the options. An
-//! instance reads them as the program does. A digest over all of them and the sources of the program
-//! is the instantiation token: a file that was changed, or a library of another version, is refused.
+//! instance reads them as the program does. A digest over all of them and the sources of the
+//! program is the instantiation token: a file that was changed, or a library of another version, is
+//! refused.
 
 use crate::instance::Instance;
 use crate::law::LawModel;

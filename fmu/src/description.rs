@@ -264,8 +264,8 @@ fn array(xml: &mut Xml, variable: &FmuVariable, start: &[f64]) -> io::Result<()>
     xml.end(element)
 }
 
-/// Outputs and what is known once initialised. An output is of the last step: it depends on no input of
-/// the same instant, and a loop through the FMU is none of algebra.
+/// Outputs and what is known once initialised. An output is of the last step: it depends on no
+/// input of the same instant, and a loop through the FMU is none of algebra.
 fn structure(xml: &mut Xml, variables: &[FmuVariable], is_third: bool) -> io::Result<()> {
     let outputs = variables.iter().filter(|variable| variable.causality == Causality::Output);
     // Of scalars the index in the file, which counts from 1; of arrays the reference.

@@ -1,9 +1,9 @@
-//! The variables of both models: what a controller is given, what it commands, and what a cell shows
-//! beyond its instruments.
+//! The variables of both models: what a controller is given, what it commands, and what a cell
+//! shows beyond its instruments.
 //!
-//! What a plant gives and a law takes has one name in both, so that they are joined by names. Frames:
-//! B base, F flange, T tool, W weld (x along the seam, z into the material); rotations are matrices,
-//! row by row.
+//! What a plant gives and a law takes has one name in both, so that they are joined by names.
+//! Frames: B base, F flange, T tool, W weld (x along the seam, z into the material); rotations are
+//! matrices, row by row.
 
 use crate::variable::PhysicalQuantity::{
     Angle, AngularVelocity, Force, Length, Number, Time, Torque,

@@ -17,7 +17,8 @@ const DIGEST: usize = 32;
 /// Periods after which steps are counted no more.
 const STEPS_MAX: usize = 1 << 48;
 
-/// Share of a step by which a communication point or a step may be off: what adding steps up rounds.
+/// Share of a step by which a communication point or a step may be off: what adding steps up
+/// rounds.
 const STEP_TOLERANCE: f64 = 1e-3;
 
 /// What may be called next.
@@ -130,7 +131,8 @@ impl Instance {
         Ok((variable, places))
     }
 
-    /// Values of variables, in the order of the references. `each` is called with every one of them.
+    /// Values of variables, in the order of the references. `each` is called with every one of
+    /// them.
     ///
     /// # Errors
     /// A reference that is unknown or of another type.

@@ -1,15 +1,17 @@
 //! Laws and simulated cells as functional mock-up units (FMU) for co-simulation, FMI 2.0 and 3.0.
 //!
-//! A *law* FMU is the controller of a cell with a compensation law: it takes what the instruments read
-//! and gives motor torques and the correction. A *plant* FMU is the cell: it takes motor torques, or
-//! the correction, and gives what the instruments read. Both take one step a control period; a plant's
-//! own steps are shorter and inside. Coupled, the law first, they are `trueweld weld` to the last digit.
+//! A *law* FMU is the controller of a cell with a compensation law: it takes what the instruments
+//! read and gives motor torques and the correction. A *plant* FMU is the cell: it takes motor
+//! torques, or the correction, and gives what the instruments read. Both take one step a control
+//! period; a plant's own steps are shorter and inside. Coupled, the law first, they are `trueweld
+//! weld` to the last digit.
 //!
 //! * [`FmuExport`] writes the file: model description, the cell's files, shared libraries;
 //! * the groups of variables are declared once; model description, getting and setting follow;
-//! * an instance knows what may be called when, and gives its state as bytes that another process takes;
-//! * `abi` is what importers call, and all of this crate's `unsafe`: the functions of FMI 2.0 and 3.0,
-//!   from which no panic leaves.
+//! * an instance knows what may be called when, and gives its state as bytes that another process
+//!   takes;
+//! * `abi` is what importers call, and all of this crate's `unsafe`: the functions of FMI 2.0 and
+//!   3.0, from which no panic leaves.
 //!
 //! ```no_run
 //! use trueweld::CellFiles;

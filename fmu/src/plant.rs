@@ -1,5 +1,5 @@
-//! A cell as a model: robot with its effects, process, instruments and the weld's program, driven by
-//! motor torques or, with its controller inside, by a correction.
+//! A cell as a model: robot with its effects, process, instruments and the weld's program, driven
+//! by motor torques or, with its controller inside, by a correction.
 
 use crate::groups::{CellParameters, DrivenByCorrection, DrivenByTorque, Seen, Shown};
 use crate::model::{Model, Stepped};
@@ -107,8 +107,8 @@ impl CellModel {
         self.cell.scenario(WeldProgram::Weld, self.controller, &self.law)
     }
 
-    /// Torques that drives give which are asked for these, N·m, and which of them are held: bit 0 is
-    /// A1.
+    /// Torques that drives give which are asked for these, N·m, and which of them are held: bit 0
+    /// is A1.
     fn within_limits(&self, asked: &JointVector<f64>) -> (JointVector<f64>, u8) {
         let joints = &self.cell.robot.robot.parameters().joints;
         let most = |joint: usize| joints[joint].max_torque;

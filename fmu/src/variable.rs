@@ -1,4 +1,5 @@
-//! The table of variables: what the model description declares, and what getting and setting goes by.
+//! The table of variables: what the model description declares, and what getting and setting goes
+//! by.
 //!
 //! A group of variables is declared once, with [`variables!`], as a struct of numbers. From that
 //! follow the table and the way between the struct and the row of values that an importer gets and

@@ -1,5 +1,5 @@
-//! Law and plant through the functions of FMI 2.0 and 3.0, against the simulation itself; and what is
-//! refused.
+//! Law and plant through the functions of FMI 2.0 and 3.0, against the simulation itself; and what
+//! is refused.
 
 use crate::package::{Unpacked, export, law, unpacked};
 use std::ffi::{CString, c_int, c_void};
@@ -93,8 +93,8 @@ impl Instance2 {
     }
 }
 
-/// Copies what the plant sees to the law. The names, kinds and order are the same in both: values from
-/// the first to the last, but for integers and flags.
+/// Copies what the plant sees to the law. The names, kinds and order are the same in both: values
+/// from the first to the last, but for integers and flags.
 fn couple(plant: &Instance2, law: &Instance2, fmus: [&Unpacked; 2]) {
     let [first, flag, after_flag, count, after_count] =
         ["setpoint_rotation", "force_closed", "push", "seam_count", "seam_deviation"]

@@ -257,8 +257,8 @@ pub unsafe extern "C" fn fmi3DoStep(
     unsafe { call_step(instance, step) }
 }
 
-/// Functions of other interfaces of FMI 3.0, and what the model description says is not provided. By
-/// the conventions of C a function may leave its arguments unread.
+/// Functions of other interfaces of FMI 3.0, and what the model description says is not provided.
+/// By the conventions of C a function may leave its arguments unread.
 macro_rules! refused {
     ($($name:ident)*) => {$(
         #[unsafe(no_mangle)]
