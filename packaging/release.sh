@@ -50,10 +50,10 @@ crates() {
 }
 
 container() {
-  [ -f dist/trueweld ] || program
-  [ -f dist/libtrueweld_fmu.so ] || library
   for engine in podman docker; do
     if command -v "$engine" >/dev/null && "$engine" info >/dev/null 2>&1; then
+      [ -f dist/trueweld ] || program
+      [ -f dist/libtrueweld_fmu.so ] || library
       "$engine" build --tag trueweld --file packaging/Containerfile .
       "$engine" run --rm trueweld --version
       return

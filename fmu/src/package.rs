@@ -88,8 +88,10 @@ pub fn library_beside_program() -> Result<PathBuf> {
     let found = places.iter().map(|place| place.join(&name)).find(|path| path.is_file());
     found.ok_or_else(|| {
         miette!(
-            help = "Build it in the sources of this program with `cargo build --release -p trueweld-fmu`, and name it by --library \
-                    target/release/{name}, or put it beside the program.",
+            help = format!(
+                "Build it in the sources of this program with `cargo build --release -p trueweld-fmu`, and name it by --library \
+                 target/release/{name}, or put it beside the program."
+            ),
             "there is no {name} beside {}, which an FMU is made with",
             program.display()
         )
