@@ -21,10 +21,10 @@ const AND: char = '+';
 pub type GainTables = BTreeMap<String, Table>;
 
 /// A law on the heap.
-type Boxed = Box<dyn Compensator<f64>>;
+type Boxed = Box<dyn Compensator<f64> + Send>;
 
 /// A law on the heap as what it is: part of another, or of a controller that owns it.
-pub struct OwnedLaw(pub Box<dyn Compensator<f64>>);
+pub struct OwnedLaw(pub Box<dyn Compensator<f64> + Send>);
 
 impl Compensator<f64> for OwnedLaw {
     fn reset(&mut self) {
@@ -62,12 +62,17 @@ pub struct Entry {
 enum LawRecipe {
     Law { defaults: fn() -> Table, build: fn(Table, &Setup<f64>) -> Result<Boxed, Refusal> },
     Combined(Arc<[Entry; 2]>),
+    Foreign(Arc<ForeignLaw>),
 }
+
+/// How a law is built that is written in another language.
+type ForeignLaw = dyn Fn(&Setup<f64>) -> Result<Boxed, String> + Send + Sync;
 
 /// Why a law is not built from a table.
 enum Refusal {
     Gain(GainError),
     Table(toml::de::Error),
+    Foreign(String),
 }
 
 /// Why a law cannot be built.
@@ -108,6 +113,23 @@ impl Entry {
                     Ok(Box::new(L::build(&gains, setup).map_err(Refusal::Gain)?))
                 },
             },
+        }
+    }
+
+    /// The entry of a law that is written in another language and has no gains in a control file.
+    /// `build`: the law as it is before its first weld, or in words why there is none.
+    pub fn foreign(
+        name: String,
+        summary: String,
+        needs: Needs,
+        build: impl Fn(&Setup<f64>) -> Result<Boxed, String> + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            summary: summary.into(),
+            needs,
+            pace: &[],
+            recipe: LawRecipe::Foreign(Arc::new(build)),
         }
     }
 
@@ -152,6 +174,7 @@ impl Entry {
         match &self.recipe {
             LawRecipe::Law { defaults, .. } => defaults(),
             LawRecipe::Combined(_) => table(&CombinedGains::default()),
+            LawRecipe::Foreign(_) => Table::new(),
         }
     }
 
@@ -175,6 +198,7 @@ impl Entry {
                 let inner = [first.build(gains, setup)?, second.build(gains, setup)?];
                 combine(inner.map(OwnedLaw), own, setup)
             }
+            LawRecipe::Foreign(build) => build(setup).map_err(Refusal::Foreign),
         };
         built.map_err(|refusal| BuildError {
             law: self.name().to_owned(),
@@ -182,6 +206,7 @@ impl Entry {
             problem: match refusal {
                 Refusal::Gain(error) => error.expected.to_owned(),
                 Refusal::Table(error) => error.message().to_owned(),
+                Refusal::Foreign(why) => why,
             },
         })
     }
@@ -281,8 +306,16 @@ pub fn install(own: Vec<Entry>) -> Result<(), LawInstallError> {
 /// # Errors
 /// The name, or the part of it, that no law has.
 pub fn find(name: &str) -> Result<Entry, &str> {
+    find_among(name, &[])
+}
+
+/// As [`find`], among `own` laws before those of the library.
+///
+/// # Errors
+/// Those of [`find`].
+pub fn find_among<'n>(name: &'n str, own: &[Entry]) -> Result<Entry, &'n str> {
     if let Some((first, second)) = name.rsplit_once(AND) {
-        return Ok(Entry::combined(find(first)?, find(second)?));
+        return Ok(Entry::combined(find_among(first, own)?, find_among(second, own)?));
     }
-    library().iter().find(|law| law.name() == name).cloned().ok_or(name)
+    own.iter().chain(library()).find(|law| law.name() == name).cloned().ok_or(name)
 }

@@ -26,7 +26,7 @@ pub trait Law<T: Real> {
     type Gains: GainSet;
 
     /// The law as it runs.
-    type Built: Compensator<T> + 'static;
+    type Built: Compensator<T> + Send + 'static;
 
     /// The law as it is before its first weld.
     ///

@@ -49,7 +49,8 @@ pub use configuration::{
 };
 #[cfg(feature = "host")]
 pub use entry::{
-    BuildError, Entry, GainTables, LawInstallError, OwnedLaw, find, install, library, may_be_name,
+    BuildError, Entry, GainTables, LawInstallError, OwnedLaw, find, find_among, install, library,
+    may_be_name,
 };
 pub use gain::{GainError, require};
 #[cfg(feature = "configuration")]

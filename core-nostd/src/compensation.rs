@@ -405,6 +405,11 @@ impl<T: Real, C: HybridController<T>, L: Compensator<T>> Compensated<T, C, L> {
         })
     }
 
+    /// The law.
+    pub fn law(&mut self) -> &mut L {
+        &mut self.law
+    }
+
     /// The correction in force, axes of W: linear in m (depth zero), angular as a rotation vector.
     pub fn correction(&self) -> Twist<T> {
         let c = self.lateral.correction();

@@ -7,7 +7,7 @@ use std::ops::Range;
 use trueweld::WeldingCell;
 use trueweld::laws::{Entry, OwnedLaw};
 use trueweld_core::state::{StateError, StateResult, StateVisitor, Stateful};
-use trueweld_plant::controllers::{ControllerKind, OwnedController};
+use trueweld_plant::controllers::{ControllerKind, PlantController};
 use trueweld_plant::simulate::{ControlSide, Scenario, WeldProgram};
 
 /// Before the names of gains, so that none is that of another variable.
@@ -30,7 +30,7 @@ pub(crate) struct LawModel {
     gains: Vec<GainParameter>,
     inputs: Range<usize>,
     outputs: Range<usize>,
-    side: Option<ControlSide<OwnedController, OwnedLaw>>,
+    side: Option<ControlSide<Box<dyn PlantController>, OwnedLaw>>,
     started: bool,
 }
 
@@ -100,7 +100,7 @@ impl Model for LawModel {
         let scenario = self.scenario();
         let law = scenario.build_law().map_err(|error| error.to_string())?;
         let hybrid = scenario.build_controller().map_err(|error| error.to_string())?;
-        let side = ControlSide::new(&scenario, OwnedController(hybrid), OwnedLaw(law));
+        let side = ControlSide::new(&scenario, hybrid, OwnedLaw(law));
         (self.side, self.started) = (Some(side), false);
         Commanded::ZERO.store(&mut values[self.outputs.clone()]);
         Ok(())

@@ -12,7 +12,7 @@ use trueweld::laws::{Entry, Uncompensated};
 use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::state::{StateError, StateResult, StateVisitor, Stateful};
 use trueweld_core::{Fault, JOINTS, JointVector, Robot, Twist};
-use trueweld_plant::controllers::{ControllerKind, OwnedController};
+use trueweld_plant::controllers::{ControllerKind, PlantController};
 use trueweld_plant::seam::Seam;
 use trueweld_plant::simulate::{CellView, ControlSide, OpenCell, Scenario, WeldProgram};
 
@@ -45,7 +45,7 @@ impl Compensator<f64> for GivenCorrection {
 
 /// The controller of a cell that has it inside.
 struct Inside {
-    side: ControlSide<OwnedController, GivenCorrection>,
+    side: ControlSide<Box<dyn PlantController>, GivenCorrection>,
     demand: Rc<Shared<Twist<f64>>>,
 }
 
@@ -198,7 +198,7 @@ impl Model for CellModel {
             let hybrid = scenario.build_controller().map_err(|error| error.to_string())?;
             let demand = Rc::new(Shared::new(Twist::zero()));
             let law = GivenCorrection(Rc::clone(&demand));
-            let mut side = ControlSide::new(&scenario, OwnedController(hybrid), law);
+            let mut side = ControlSide::new(&scenario, hybrid, law);
             let [encoder, torque] = open.start();
             side.start(scenario.controller_model, &encoder, &torque);
             Some(Inside { side, demand })

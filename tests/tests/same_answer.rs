@@ -56,7 +56,7 @@ fn answer(folder: &Path) -> Vec<String> {
 
 /// Names of the logs of a campaign.
 fn logs(folder: &Path) -> Vec<String> {
-    let (_, logs) = Campaign::list(folder).expect("a campaign");
+    let logs = Campaign::list(folder).expect("a campaign").logs;
     logs.into_iter().map(|(name, _)| name).collect()
 }
 

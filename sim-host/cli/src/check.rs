@@ -1,6 +1,7 @@
 //! `trueweld check`: input files of any kind, and folders of logs and campaigns.
 
 use crate::results::{check_outputs, check_targets, write};
+use crate::session::{self, CommandResult};
 use crate::terminal::complain;
 use clap::Args;
 use miette::{IntoDiagnostic, Report, Result, WrapErr, miette};
@@ -33,8 +34,9 @@ pub(crate) struct Arguments {
     json: Option<PathBuf>,
 }
 
-/// Runs the command: one line a file, and each error where it stands.
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+/// Runs the command: one line a file, and each error where it stands. In a session, which is handed
+/// the verdicts, its status is 1 where a file is not in order.
+pub(crate) fn run(arguments: &Arguments) -> Result<u8> {
     let outputs = arguments.json.as_deref().map(|path| ("--json", path));
     check_targets(outputs.as_slice())?;
     let mut paths: Vec<PathBuf> = Vec::new();
@@ -86,11 +88,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         files.push(CheckedFile { file: name, ok: error.is_none(), kind, error, notices });
     }
     let wrong = files.iter().filter(|file| !file.ok).count();
+    let verdicts = json::text(CheckResult::SCHEMA, &CheckResult { files });
     if let Some(path) = &arguments.json {
-        write(path, &json::text(CheckResult::SCHEMA, &CheckResult { files }))?;
+        write(path, &verdicts)?;
     }
+    let is_taken = session::take(CommandResult {
+        schema: CheckResult::SCHEMA,
+        json: verdicts,
+        document: None,
+        samples: None,
+    });
     match wrong {
-        0 => Ok(()),
+        0 => Ok(0),
+        _ if is_taken => Ok(1),
         1 => Err(miette!("1 file is not in order")),
         n => Err(miette!("{n} files are not in order")),
     }
@@ -123,8 +133,8 @@ fn files_of(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut logs: Vec<PathBuf> =
         inside.into_iter().filter(|path| path.join(LOG_FILE).is_file()).collect();
     // A campaign that does not list its logs is told of where it is checked itself.
-    if let Ok((_, _, of_campaign)) = Campaign::list(folder) {
-        logs.extend(of_campaign.into_iter().map(|(_, path)| path));
+    if let Ok(list) = Campaign::list(folder) {
+        logs.extend(list.logs.into_iter().map(|(_, path)| path));
     }
     for log in logs {
         files.extend(listed(&log)?.into_iter().filter(is_toml));

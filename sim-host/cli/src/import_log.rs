@@ -2,6 +2,7 @@
 
 use crate::init::is_template;
 use crate::results::{check_new_folder, check_outputs, check_targets, write};
+use crate::session;
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::fs;
@@ -89,6 +90,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         ..of_program("import-log")
     };
     let report = ImportReport { proposal: &proposal, out: &out, provenance: &provenance };
+    session::take_result(&report);
     say!("{}", report.text());
     write_file(&out, text)?;
     say!("wrote {}\n", out.display());

@@ -1,5 +1,6 @@
 //! Arguments of the commands that weld: files and options of a cell.
 
+use crate::session;
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use miette::Result;
@@ -85,6 +86,7 @@ impl CellArguments {
             spindle_rpm: self.spindle_rpm,
             period: self.period,
             seed: self.seed,
+            law_files: session::law_files(),
         }
     }
 

@@ -46,6 +46,7 @@ mod rsi_live;
 mod rsi_log;
 mod rsi_robot;
 mod schema;
+mod session;
 mod step;
 mod study;
 mod terminal;
@@ -53,8 +54,10 @@ mod tune;
 mod weld;
 
 pub use miette::Result;
+pub use session::{CommandResult, Outcome, Session};
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use std::ffi::OsString;
 use trueweld::Program;
 
 /// Keeps a robot's welding tool true while the robot bends under it.
@@ -124,42 +127,93 @@ enum Command {
 }
 
 /// Runs the command of this process's arguments, with the laws and effects of a program. Wrong
-/// arguments end the process.
+/// arguments, and a command that ends with another status than 0, end the process.
 ///
 /// # Errors
 /// What the command cannot do, to be shown to the user.
 pub fn run(program: Program) -> Result<()> {
     program.install()?;
-    Arguments::parse().run().map_err(terminal::shown)
+    match Arguments::parse().run().map_err(terminal::shown)? {
+        0 => Ok(()),
+        status => std::process::exit(status.into()),
+    }
+}
+
+/// Runs a command as the program does, and returns its status: for a program that is more than this
+/// one. `arguments`: with the name of the program first.
+pub fn run_from(arguments: Vec<OsString>) -> u8 {
+    session::set_arguments(&arguments);
+    let parsed = match Arguments::try_parse_from(arguments) {
+        Ok(parsed) => parsed,
+        Err(error) => {
+            // Where this cannot be printed, nobody is there to read it, and the status tells.
+            let _ = error.print();
+            return u8::try_from(error.exit_code()).unwrap_or(2);
+        }
+    };
+    parsed.run().map_err(terminal::shown).unwrap_or_else(|error| {
+        terminal::complain(&format!("Error: {error:?}\n"));
+        1
+    })
+}
+
+/// Why a command of a session has no outcome.
+#[derive(Debug)]
+pub enum SessionError {
+    /// Wrong arguments.
+    Arguments(clap::Error),
+    /// What the command cannot do.
+    Command(miette::Report),
+}
+
+/// Runs a command inside another program, on this thread: nothing is printed, and its results are
+/// handed over. A thread that has run a command remembers its input files; give each a new one.
+/// `arguments`: with the name of the program first.
+///
+/// # Errors
+/// [`SessionError`].
+pub fn run_in(session: Session, arguments: Vec<OsString>) -> Result<Outcome, SessionError> {
+    session::set_arguments(&arguments);
+    session::run(session, || {
+        let parsed = Arguments::try_parse_from(arguments).map_err(SessionError::Arguments)?;
+        parsed.run().map_err(SessionError::Command)
+    })
+}
+
+/// The commands with their arguments, as the command line has them.
+pub fn commands() -> clap::Command {
+    Arguments::command()
 }
 
 impl Arguments {
-    fn run(&self) -> Result<()> {
+    /// Runs the command. Its status: 0, or 1 where what was asked for is not reached.
+    fn run(&self) -> Result<u8> {
         match &self.command {
-            None => weld::run(&weld::Arguments::first_published()),
-            Some(Command::Weld(arguments)) => weld::run(arguments),
-            Some(Command::Step(arguments)) => step::run(arguments),
-            Some(Command::CompareLaws(arguments)) => compare_laws::run(arguments),
-            Some(Command::Certify(arguments)) => certify::run(arguments),
-            Some(Command::Tune(arguments)) => tune::run(arguments),
-            Some(Command::Study(study)) => study::run(study),
-            Some(Command::Compare(arguments)) => compare::run(arguments),
-            Some(Command::Diagnose(arguments)) => diagnose::run(arguments),
-            Some(Command::Improve(arguments)) => improve::run(arguments),
-            Some(Command::Identify(arguments)) => identify::run(arguments),
-            Some(Command::Register(arguments)) => register::run(arguments),
-            Some(Command::Plan(arguments)) => plan::run(arguments),
-            Some(Command::Record(arguments)) => record::run(arguments),
-            Some(Command::Check(arguments)) => check::run(arguments),
-            Some(Command::NewLaw(arguments)) => new_law::run(arguments),
-            Some(Command::Init(arguments)) => init::run(arguments),
-            Some(Command::ImportLog(arguments)) => import_log::run(arguments),
-            Some(Command::ImportUrdf(arguments)) => import_urdf::run(arguments),
-            Some(Command::ExportCore(arguments)) => export_core::run(arguments),
-            Some(Command::ExportFmu(arguments)) => export_fmu::run(arguments),
-            Some(Command::RsiRobot(arguments)) => rsi_robot::run(arguments),
-            Some(Command::RsiCompensate(arguments)) => rsi_compensate::run(arguments),
-            Some(Command::Schema(arguments)) => schema::run(arguments),
+            Some(Command::Certify(arguments)) => return certify::run(arguments),
+            Some(Command::Tune(arguments)) => return tune::run(arguments),
+            Some(Command::Check(arguments)) => return check::run(arguments),
+            None => weld::run(&weld::Arguments::first_published())?,
+            Some(Command::Weld(arguments)) => weld::run(arguments)?,
+            Some(Command::Step(arguments)) => step::run(arguments)?,
+            Some(Command::CompareLaws(arguments)) => compare_laws::run(arguments)?,
+            Some(Command::Study(study)) => study::run(study)?,
+            Some(Command::Compare(arguments)) => compare::run(arguments)?,
+            Some(Command::Diagnose(arguments)) => diagnose::run(arguments)?,
+            Some(Command::Improve(arguments)) => improve::run(arguments)?,
+            Some(Command::Identify(arguments)) => identify::run(arguments)?,
+            Some(Command::Register(arguments)) => register::run(arguments)?,
+            Some(Command::Plan(arguments)) => plan::run(arguments)?,
+            Some(Command::Record(arguments)) => record::run(arguments)?,
+            Some(Command::NewLaw(arguments)) => new_law::run(arguments)?,
+            Some(Command::Init(arguments)) => init::run(arguments)?,
+            Some(Command::ImportLog(arguments)) => import_log::run(arguments)?,
+            Some(Command::ImportUrdf(arguments)) => import_urdf::run(arguments)?,
+            Some(Command::ExportCore(arguments)) => export_core::run(arguments)?,
+            Some(Command::ExportFmu(arguments)) => export_fmu::run(arguments)?,
+            Some(Command::RsiRobot(arguments)) => rsi_robot::run(arguments)?,
+            Some(Command::RsiCompensate(arguments)) => rsi_compensate::run(arguments)?,
+            Some(Command::Schema(arguments)) => schema::run(arguments)?,
         }
+        Ok(0)
     }
 }

@@ -1,10 +1,11 @@
 //! Controllers and laws on the command line.
 
+use crate::session;
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, Command};
 use std::ffi::OsStr;
-use trueweld_compensators::{Entry, find, library};
+use trueweld_compensators::{Entry, library};
 use trueweld_plant::controllers::{ControllerEntry, ControllerKind, controllers};
 use trueweld_plant::input::nearest;
 
@@ -67,7 +68,7 @@ impl TypedValueParser for LawParser {
         value: &OsStr,
     ) -> Result<Entry, clap::Error> {
         let name = value.to_string_lossy();
-        find(&name).map_err(|read| {
+        session::find_law(&name).map_err(|read| {
             let known = library().iter().map(Entry::name);
             let near = nearest(read, known.clone());
             unknown(command, argument, read, near, known.map(str::to_owned).collect())

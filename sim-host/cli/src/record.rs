@@ -3,7 +3,7 @@
 use crate::results::{FormFiles, Results, check_empty_folder, check_outputs, check_targets, write};
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use trueweld::{measured_provenance, read_input};
 use trueweld_laboratory::ProtocolFile;
 use trueweld_logs::campaign::Campaign;
@@ -35,6 +35,22 @@ pub(crate) struct Arguments {
     quiet: bool,
 }
 
+/// A campaign that is being recorded. Half a campaign is none: where it does not become whole, also
+/// where a session stops it, its folder, which was empty before, is removed.
+struct HalfCampaign<'a> {
+    folder: &'a Path,
+    is_whole: bool,
+}
+
+impl Drop for HalfCampaign<'_> {
+    fn drop(&mut self) {
+        if !self.is_whole {
+            // What cannot be removed stays, as it does where the program is killed.
+            let _ = std::fs::remove_dir_all(self.folder);
+        }
+    }
+}
+
 /// Runs the command.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let out = &arguments.out;
@@ -60,10 +76,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     check_outputs(&outputs)?;
     let progress = results.progress("recording", protocol.logs.len() as f64);
+    let mut half = HalfCampaign { folder: out, is_whole: false };
     let done = protocol.record(&control, &sensors, out, &|logs| progress.advance_to(logs as f64));
     progress.finish();
-    // Half a campaign is none. The folder was empty before.
-    let truth = done.inspect_err(|_| drop(std::fs::remove_dir_all(out))).into_diagnostic()?;
+    let truth = done.into_diagnostic()?;
+    half.is_whole = true;
     let recorded = Campaign::read(out)?;
     let mut provenance =
         measured_provenance("record", &ModelFile::read(recorded.model)?, &recorded.logs)?;

@@ -1,13 +1,14 @@
 //! The command line that comes to the same result, for those who repeat it.
 
+use crate::session;
 use clap::CommandFactory;
 use clap::parser::ValueSource;
 
-/// The command line of this process's command as a shell takes it, without options that do not
-/// matter to others.
+/// The command line of the command that runs as a shell takes it, without options that do not matter
+/// to others.
 pub(crate) fn command_line(command: &str, without: &[&str]) -> String {
     let program = crate::Arguments::command();
-    let all = program.clone().get_matches();
+    let all = program.clone().get_matches_from(session::arguments());
     let mut words = vec![program.get_name().to_owned(), command.to_owned()];
     if let (Some(given), Some(of)) =
         (all.subcommand_matches(command), program.find_subcommand(command))

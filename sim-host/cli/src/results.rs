@@ -1,7 +1,7 @@
 //! Where results go.
 
 use crate::init::is_template;
-use crate::terminal;
+use crate::{session, terminal};
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, value_parser};
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::path::{Path, PathBuf};
@@ -35,11 +35,15 @@ impl Results {
 
     /// The bar of some work.
     pub(crate) fn progress(&self, label: &str, total: f64) -> Progress {
-        if self.quiet { Progress::silent() } else { Progress::new(label, total) }
+        session::progress(label, total).unwrap_or_else(|| match self.quiet {
+            true => Progress::silent(),
+            false => Progress::new(label, total),
+        })
     }
 
     /// Shows a result, and writes the files that were asked for.
     pub(crate) fn write(&self, report: &impl Report) -> Result<()> {
+        session::take_result(report);
         say!("{}", report.text());
         if let Some(path) = &self.json {
             write(path, &report.json_text())?;
@@ -64,10 +68,10 @@ impl Results {
 pub(crate) struct FormFiles(Vec<(&'static Form, PathBuf)>);
 
 impl FormFiles {
-    /// The same with a page, where none is asked for.
+    /// The same with a page, where none is asked for and nobody takes the result over.
     pub(crate) fn or_page(mut self, path: &str) -> Self {
         let page = &FORMS[0];
-        if self.0.iter().all(|(form, _)| form.flag != page.flag) {
+        if !session::is_running() && self.0.iter().all(|(form, _)| form.flag != page.flag) {
             self.0.push((page, path.into()));
         }
         self

@@ -65,7 +65,7 @@ pub(crate) fn knowledge(inputs: &WeldingCell) -> Knowledge {
 /// The law of a client.
 pub(crate) fn law(inputs: &WeldingCell, law: &Entry) -> Result<Box<dyn Compensator<f64>>> {
     let scenario = inputs.scenario(WeldProgram::Weld, ControllerKind::EXTERNAL, law);
-    scenario.build_law().into_diagnostic()
+    Ok(scenario.build_law().into_diagnostic()?)
 }
 
 /// Runs the command.

@@ -1,5 +1,6 @@
 //! What reaches the terminal: text without what a terminal would obey, data as it is, and errors.
 
+use crate::session;
 use miette::{IntoDiagnostic, MietteDiagnostic, Report, Result, WrapErr};
 use std::io::{ErrorKind, Write, stderr, stdout};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -19,7 +20,9 @@ pub(crate) fn keep_stdout_for_result() {
 /// Those of [`write_all`].
 pub(crate) fn say(text: &str) -> Result<()> {
     let text = printable(text);
-    if RESULT_ON_STDOUT.load(Ordering::Relaxed) {
+    if session::take_text(&text) {
+        Ok(())
+    } else if RESULT_ON_STDOUT.load(Ordering::Relaxed) {
         write_all(stderr(), text.as_bytes())
     } else {
         write_all(stdout(), text.as_bytes())
@@ -29,11 +32,17 @@ pub(crate) fn say(text: &str) -> Result<()> {
 /// Tells what is wrong on standard error. Where that cannot be written, nobody is there to read it, and
 /// the status tells.
 pub(crate) fn complain(text: &str) {
+    if session::take_text(text) {
+        return;
+    }
     let _ = write_all(stderr(), text.as_bytes());
 }
 
 /// Tells values outside their plausible range on standard error, each once.
 pub(crate) fn tell_warnings() {
+    if session::is_running() {
+        return;
+    }
     static TOLD: AtomicUsize = AtomicUsize::new(0);
     let warnings = warnings();
     let told = TOLD.swap(warnings.len(), Ordering::Relaxed);
@@ -47,6 +56,9 @@ pub(crate) fn tell_warnings() {
 /// # Errors
 /// Those of [`write_all`].
 pub(crate) fn write_result(bytes: &[u8]) -> Result<()> {
+    if session::take_text(&String::from_utf8_lossy(bytes)) {
+        return Ok(());
+    }
     write_all(stdout(), bytes)
 }
 

@@ -51,8 +51,8 @@ const STATIC_ERROR: f64 = 0.05;
 /// Share of the weld's push that the step is high.
 const OF_PUSH: f64 = 0.6;
 
-/// Runs the command. Gains that the runs do not confirm end the program with status 1.
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+/// Runs the command. Its status is 1 where the runs do not confirm the gains.
+pub(crate) fn run(arguments: &Arguments) -> Result<u8> {
     let response = |flag: &str, value: f64, most: f64| {
         let usable = value > 0.0 && value <= most;
         usable
@@ -125,8 +125,5 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     write(out, &text)?;
     arguments.results.write(&report)?;
-    if !report.is_confirmed() {
-        std::process::exit(1);
-    }
-    Ok(())
+    Ok(if report.is_confirmed() { 0 } else { 1 })
 }

@@ -327,7 +327,10 @@ fn a_hidden_effect_is_found_added_and_the_error_falls_where_nothing_was_fitted()
         "--html",
         "i.html",
     ]);
-    assert!(said.starts_with("With backlash at A5 the score falls from 5."), "{said}");
+    assert!(
+        said.starts_with("With backlash at A5 the error of the tool position falls from 0.12"),
+        "{said}"
+    );
     assert!(said.lines().all(|line| line.chars().count() <= 112), "{said}");
     let value = place.json("i.json");
     assert_eq!(

@@ -11,6 +11,7 @@ mod rare;
 mod record;
 mod rsi;
 mod samples;
+mod session;
 mod shards;
 mod study;
 mod support;

@@ -226,7 +226,7 @@ fn what_experiments_would_show_is_said_before_they_are_made() {
     };
     assert!(all("confusable").iter().any(|pair| base(&pair)));
     // Nothing is left behind, and another robot may be asked about.
-    assert_eq!(place.files(), ["plan.html", "plan.json"]);
+    assert_eq!(place.files(), ["plan.html", "plan.json", "short.toml"]);
     let robot = fixture("robots/kr500-mt.toml");
     place.done(&["plan", &protocol, "--robot", &robot, "--json", "same.json", "-q"]);
     assert_eq!(place.json("same.json")["shown"], json["shown"]);

@@ -21,6 +21,17 @@ pub struct Campaign {
     pub logs: Vec<Log>,
 }
 
+/// What `campaign.toml` says.
+#[derive(Debug, Clone)]
+pub struct CampaignList {
+    /// The model file.
+    pub model: PathBuf,
+    /// How exact predictions of its logs need be.
+    pub accuracy: Accuracy,
+    /// The logs, as it lists them and where they are.
+    pub logs: Vec<(String, PathBuf)>,
+}
+
 impl Campaign {
     /// Reads the campaign in a folder with all its logs.
     ///
@@ -29,7 +40,7 @@ impl Campaign {
     /// robot.
     pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
         let folder = folder.as_ref();
-        let (model, accuracy, folders) = Self::list(folder)?;
+        let CampaignList { model, accuracy, logs: folders } = Self::list(folder)?;
         let mut logs = Vec::with_capacity(folders.len());
         for (listed, path) in &folders {
             let pieces = Log::read_pieces(path)?;
@@ -45,12 +56,11 @@ impl Campaign {
         Ok(Self { name: name_of(folder), model, logs })
     }
 
-    /// The model file of the campaign in a folder, how exact predictions of its logs need be, and
-    /// the logs: as it lists them, and where they are. All exist; none is read.
+    /// What the file of a campaign in a folder says. All that it names exists; none is read.
     ///
     /// # Errors
     /// The first thing that does not fit, with file, line and column.
-    pub fn list(folder: &Path) -> Result<(PathBuf, Accuracy, Vec<(String, PathBuf)>), InputError> {
+    pub fn list(folder: &Path) -> Result<CampaignList, InputError> {
         let (name, text) = read_text(&folder.join(CAMPAIGN_FILE))?;
         let document = TomlDocument::parse(&text, &name)?;
         let root = document.root_of(FileKind::Campaign.schema())?;
@@ -77,7 +87,7 @@ impl Campaign {
             }
             folders.push((entry.text.to_owned(), path));
         }
-        Ok((model, accuracy, folders))
+        Ok(CampaignList { model, accuracy, logs: folders })
     }
 }
 

@@ -42,11 +42,11 @@ pub use document::{Document, FORMS, Form};
 pub use error::OutputError;
 pub use file::write_file;
 pub use finished::*;
-pub use progress::Progress;
+pub use progress::{Progress, ProgressListener};
 pub use report::*;
 #[cfg(feature = "rerun")]
 pub use rerun::{Live, LiveWeld};
-pub use samples::{BlockTable, is_parquet};
+pub use samples::{BlockTable, CollectedSamples, SampleValues, SampleWords, is_parquet};
 pub use text::control::control_toml;
 pub use text::experiment::experiment_protocol;
 pub use text::identify::{identified_head, identified_source};

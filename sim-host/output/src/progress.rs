@@ -1,17 +1,33 @@
 //! A progress bar for people at a terminal, which says at the start how long it will take, and again
-//! where it takes longer; nothing at all for everybody else.
+//! where it takes longer; nothing at all for everybody else. A program around this one may listen
+//! instead.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::sync::{Mutex, PoisonError};
+use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
+/// What is told of some work: what is done now, and the share of the whole that is done.
+pub type ProgressListener = Arc<dyn Fn(&str, f64) + Send + Sync>;
+
 /// How far some work is. Drawn on standard error where that is a terminal, else silent.
-#[derive(Debug)]
 pub struct Progress {
     bar: ProgressBar,
     start: Instant,
     /// Longest time that was said, s.
     told: Mutex<Option<f64>>,
+    listener: Option<ProgressListener>,
+}
+
+impl fmt::Debug for Progress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { bar, start, told, .. } = self;
+        f.debug_struct("Progress")
+            .field("bar", bar)
+            .field("start", start)
+            .field("told", told)
+            .finish_non_exhaustive()
+    }
 }
 
 /// Positions of the bar a unit of the total.
@@ -38,17 +54,27 @@ impl Progress {
         Self::drawn_on(ProgressDrawTarget::hidden(), "", 1.0)
     }
 
+    /// No bar: a program around this one is told instead, from whatever thread works.
+    pub fn heard(label: &str, total: f64, listener: ProgressListener) -> Self {
+        let silent = Self::drawn_on(ProgressDrawTarget::hidden(), label, total);
+        Self { listener: Some(listener), ..silent }
+    }
+
     fn drawn_on(target: ProgressDrawTarget, label: &str, total: f64) -> Self {
         let bar = ProgressBar::with_draw_target(Some(steps(total)), target);
         let style = ProgressStyle::with_template("{msg:>14} {bar:32} {percent:>3} %  {eta} left")
             .expect("the template is well-formed");
         bar.set_style(style.progress_chars("━╸─"));
         bar.set_message(label.to_owned());
-        Self { bar, start: Instant::now(), told: Mutex::new(None) }
+        Self { bar, start: Instant::now(), told: Mutex::new(None), listener: None }
     }
 
     /// The work has come to `done` of the total.
     pub fn advance_to(&self, done: f64) {
+        if let Some(listener) = &self.listener {
+            let total = self.bar.length().unwrap_or(0).max(1) as f64;
+            return listener(&self.bar.message(), (done * STEPS_PER_UNIT / total).min(1.0));
+        }
         self.bar.set_position(steps(done));
         let total = self.bar.length().unwrap_or(0).max(1) as f64;
         self.tell(self.bar.position() as f64 / total);
@@ -56,6 +82,9 @@ impl Progress {
 
     /// The work has come to a `share` of the whole, and is at `what` now.
     pub fn stage(&self, what: &str, share: f64) {
+        if let Some(listener) = &self.listener {
+            return listener(what, share);
+        }
         self.bar.set_message(what.to_owned());
         self.bar
             .set_position((share.clamp(0.0, 1.0) * self.bar.length().unwrap_or(0) as f64) as u64);

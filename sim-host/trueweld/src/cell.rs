@@ -61,6 +61,8 @@ pub struct CellFiles {
     pub period: Option<f64>,
     /// Seed of the sensors' noise, instead of the sensor file's.
     pub seed: Option<u64>,
+    /// Files that a law was read from. Nothing is read from them here; results state them.
+    pub law_files: Vec<FileDigest>,
 }
 
 /// The value of an option within the possible range of its quantity, in the quantity's unit.
@@ -297,7 +299,7 @@ impl CellFiles {
             controller_model,
             stiffness_error: error,
             informed: self.informed,
-            files,
+            files: files.into_iter().chain(self.law_files.iter().cloned()).collect(),
         };
         check_weld(&inputs.weld, &inputs.planned, |key| inputs.place_in_weld(key));
         Ok(inputs)

@@ -2,6 +2,7 @@
 
 use crate::cell::{PLANT_STEP, WeldingCell};
 use miette::{Result, miette};
+use std::sync::atomic::{AtomicU64, Ordering};
 use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_evaluate::WeldFigures;
 use trueweld_plant::provenance::Provenance;
@@ -85,7 +86,8 @@ impl<'a> SimulateOptions<'a> {
         Self { plant_step, ..self }
     }
 
-    /// Tells the simulated time of the first run, s, over all its passes.
+    /// Tells the simulated time of the run that is furthest, s, over all its passes: every run tells
+    /// it, from its own thread.
     pub fn on_progress(self, progress: &'a (dyn Fn(f64) + Sync)) -> Self {
         Self { progress, ..self }
     }
@@ -105,7 +107,8 @@ impl<'a> SimulateOptions<'a> {
         }
     }
 
-    /// One run a law, each on its own thread; the same bytes come out whatever their number.
+    /// One run a law: of several each on its own thread, and the same bytes come out whatever their
+    /// number; a single one on the thread of the caller.
     ///
     /// # Errors
     /// A law that needs a sensor that the cell has not; a run that does not come to its end; a weld
@@ -113,11 +116,16 @@ impl<'a> SimulateOptions<'a> {
     pub fn run(&self) -> Result<SimulatedWelds> {
         let Self { cell, controller, .. } = self;
         let laws = self.laws();
-        let joined: Vec<_> = std::thread::scope(|scope| {
-            let run = |(k, law)| scope.spawn(move || self.run_law(law, k == 0));
-            let threads: Vec<_> = laws.iter().enumerate().map(run).collect();
-            threads.into_iter().map(|thread| thread.join()).collect()
-        });
+        let furthest = AtomicU64::new(0);
+        let joined: Vec<_> = match &laws[..] {
+            [law] => vec![Ok(self.run_law(law, &furthest))],
+            laws => std::thread::scope(|scope| {
+                let furthest = &furthest;
+                let run = |law| scope.spawn(move || self.run_law(law, furthest));
+                let threads: Vec<_> = laws.iter().map(run).collect();
+                threads.into_iter().map(|thread| thread.join()).collect()
+            }),
+        };
         let finished = |joined: std::thread::Result<Result<Recording, RunError>>| {
             let recording = joined
                 .map_err(|_| miette!("a simulation thread stopped"))?
@@ -133,15 +141,17 @@ impl<'a> SimulateOptions<'a> {
         Ok(SimulatedWelds { runs, provenance: self.provenance() })
     }
 
-    fn run_law(&self, law: &Entry, is_told: bool) -> Result<Recording, RunError> {
+    /// `furthest`: bits of the time of the run that is furthest, which of times from 0 on are in the
+    /// order of the times.
+    fn run_law(&self, law: &Entry, furthest: &AtomicU64) -> Result<Recording, RunError> {
         let scenario = Scenario {
             plant_step: self.plant_step,
             ..self.cell.scenario(WeldProgram::Weld, self.controller, law)
         };
         run_passes(&scenario, self.passes, |time| {
-            if is_told {
-                (self.progress)(time);
-            }
+            let time = time.to_bits();
+            let before = furthest.fetch_max(time, Ordering::Relaxed);
+            (self.progress)(f64::from_bits(before.max(time)));
         })
     }
 }

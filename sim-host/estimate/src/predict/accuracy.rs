@@ -8,6 +8,7 @@
 
 use super::compared::{Compared, ComparedQuantity};
 use std::collections::BTreeMap;
+use trueweld_logs::log::Log;
 use trueweld_plant::input::Accuracy;
 
 /// Trueness of a laser tracker at some metres, m (maximum permissible error 15 µm + 6 µm/m of
@@ -22,7 +23,7 @@ const USUAL_TORQUE_SHARE: f64 = 0.02;
 const USUAL_FORCE_SHARE: f64 = 0.005;
 
 /// Takes into the deviations what is asked for, and what is usual where nothing is stated.
-pub(super) fn allow(compared: &mut [Compared], asked: Accuracy) {
+pub(super) fn allow(compared: &mut [Compared], log: &Log, asked: Accuracy) {
     let mut largest: BTreeMap<(ComparedQuantity, u8), f64> = BTreeMap::new();
     for c in compared.iter() {
         let most = largest.entry((c.quantity, c.component)).or_default();
@@ -30,7 +31,8 @@ pub(super) fn allow(compared: &mut [Compared], asked: Accuracy) {
     }
     for c in compared.iter_mut() {
         let largest = largest[&(c.quantity, c.component)];
-        let usual = || if c.stated { 0.0 } else { usual(c.quantity, largest) };
+        let stated = log.noise.states(c.quantity.channel());
+        let usual = || if stated { 0.0 } else { usual(c.quantity, largest) };
         let accuracy = of(asked, c.quantity).unwrap_or_else(usual);
         let noise = c.deviation * c.deviation;
         c.deviation = c.deviation.hypot(accuracy);

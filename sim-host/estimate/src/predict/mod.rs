@@ -233,7 +233,7 @@ impl PreparedLog {
             };
             return Err(PredictError::Nothing { log: log.name.clone(), what });
         }
-        accuracy::allow(&mut compared, log.accuracy.or(model.accuracy));
+        accuracy::allow(&mut compared, log, log.accuracy.or(model.accuracy));
         let poses = of_poses(&compared);
         let clock = OpenClock::of(log, compared.iter().map(|c| c.row));
         let read = |force: &Vec<Vector3<f64>>| force.iter().any(|f| f.sum().is_finite());

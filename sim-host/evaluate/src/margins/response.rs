@@ -12,6 +12,7 @@ use std::cell::Cell as Shared;
 use trueweld_core::control::{DriveCommand, HybridController, SensorReadings, Setpoint};
 use trueweld_core::{JointVector, Pose, Robot, Twist, Wrench};
 use trueweld_plant::cell::STATES;
+use trueweld_plant::controllers::PlantController;
 use trueweld_plant::input::Sensors;
 use trueweld_plant::integrate::{Diverged, Stepper};
 use trueweld_plant::robot::Drives;
@@ -104,7 +105,7 @@ impl Answer {
 
 /// Adds the impulse behind the law, where only the controller sees it.
 struct Opened<'a> {
-    controller: Box<dyn HybridController<f64>>,
+    controller: Box<dyn PlantController>,
     added: &'a Shared<LoopSignals>,
 }
 

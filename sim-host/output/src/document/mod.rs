@@ -75,6 +75,11 @@ impl Document {
         Self { title, verdict: None, headline, blocks: Vec::new(), provenance: of.clone() }
     }
 
+    /// The finding in a sentence or two.
+    pub fn headline(&self) -> &str {
+        &self.headline
+    }
+
     /// The same with a verdict before the headline.
     pub(crate) fn judged(self, verdict: impl Into<String>, good: bool) -> Self {
         Self { verdict: Some((verdict.into(), good)), ..self }

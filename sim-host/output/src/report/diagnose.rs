@@ -288,8 +288,9 @@ mod tests {
         let page = sample::diagnosis(DiagnosisVerdict::EffectFound).diagnosed().page();
         assert_self_contained(&page);
         assert!(page.contains("What is missing: backlash at A5"));
-        // The evidence, and the differences: of positions nothing else would be seen.
-        assert_eq!(page.matches("<svg").count(), 2);
+        // The evidence, how the error falls, and the differences: of positions nothing else would be
+        // seen.
+        assert_eq!(page.matches("<svg").count(), 3);
         assert!(page.contains("What these logs hardly tell apart"));
         assert!(!page.contains("What to record next"));
     }

@@ -196,7 +196,8 @@ mod tests {
         let (text, page) = (report.text(), report.page());
         assert_self_contained(&page);
         for said in [
-            "With backlash at A5 the score falls from 3.37 to 1.07 where nothing was fitted.",
+            "With backlash at A5 the error of the tool position falls from 0.104 to 0.0332 mm RMS (90 % of its",
+            "square) where nothing was fitted: the score falls from 3.37 to 1.07.",
             "recalibration alone",
             "the error elsewhere does not fall",
             "improved.toml",
@@ -204,8 +205,8 @@ mod tests {
             assert!(text.replace('\n', " ").contains(said), "{said}: {text}");
             assert!(page.contains(said), "{said}");
         }
-        // The effect's curve; what was held out; what was fitted.
-        assert_eq!(page.matches("<svg").count(), 3);
+        // How the error falls; the effect's curve; what was held out; what was fitted.
+        assert_eq!(page.matches("<svg").count(), 4);
         for heading in ["The curve that shows it", "of the logs held out", "of the logs fitted"] {
             assert!(page.contains(heading), "{heading}");
         }

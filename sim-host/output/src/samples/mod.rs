@@ -24,6 +24,67 @@ pub struct BlockTable<'a> {
     blocks: Box<dyn Iterator<Item = SampleBlock<'a>> + 'a>,
 }
 
+/// Every sample of a result in memory: columns by name, all of one length.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CollectedSamples {
+    /// Name, with the unit at its end, and values.
+    pub columns: Vec<(String, SampleValues)>,
+}
+
+/// The values of a column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SampleValues {
+    /// NaN where there is none.
+    Numbers(Vec<f64>),
+    /// Words.
+    Words(SampleWords),
+}
+
+/// A column of words, most of which stand in many rows.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SampleWords {
+    /// Each word once.
+    pub words: Vec<String>,
+    /// The word of each row, by its place in `words`.
+    pub rows: Vec<i32>,
+}
+
+impl SampleWords {
+    /// A column of these words.
+    pub fn of(words: &[String]) -> Self {
+        let mut column = Self::default();
+        for word in words {
+            let code = column.code(word);
+            column.rows.push(code);
+        }
+        column
+    }
+
+    fn extend(&mut self, values: &ColumnValues<'_>, rows: usize) {
+        if let ColumnValues::Word(word) = values {
+            let code = self.code(word);
+            self.rows.resize(self.rows.len() + rows, code);
+            return;
+        }
+        for row in 0..rows {
+            let code = self.code(values.word(row));
+            self.rows.push(code);
+        }
+    }
+
+    /// The place of a word, which is added where it is new. The last word is the likeliest.
+    fn code(&mut self, word: &str) -> i32 {
+        if let Some(last) = self.rows.last().filter(|last| self.words[**last as usize] == word) {
+            return *last;
+        }
+        let known = self.words.iter().position(|known| known == word).unwrap_or_else(|| {
+            self.words.push(word.to_owned());
+            self.words.len() - 1
+        });
+        i32::try_from(known).unwrap_or(i32::MAX)
+    }
+}
+
 /// A column of all blocks.
 struct SampleColumn {
     name: String,
@@ -84,6 +145,26 @@ impl<'a> BlockTable<'a> {
         let columns = words.into_iter().map(column(true));
         let columns = columns.chain(numbers.into_iter().map(column(false))).collect();
         Self { columns, blocks: Box::new(blocks) }
+    }
+
+    /// The whole table in memory, for a program around this one.
+    pub fn collect(self) -> CollectedSamples {
+        let empty = |column: &SampleColumn| match column.words {
+            true => SampleValues::Words(SampleWords::default()),
+            false => SampleValues::Numbers(Vec::new()),
+        };
+        let mut values: Vec<SampleValues> = self.columns.iter().map(empty).collect();
+        for block in self.blocks {
+            let rows = rows_of(&block);
+            for (values, of_block) in values.iter_mut().zip(&block) {
+                match values {
+                    SampleValues::Numbers(all) => all.extend_from_slice(of_block.numbers()),
+                    SampleValues::Words(all) => all.extend(of_block, rows),
+                }
+            }
+        }
+        let names = self.columns.into_iter().map(|column| column.name);
+        CollectedSamples { columns: names.zip(values).collect() }
     }
 
     /// Writes the table to `path`, whole or not at all: Parquet where its name ends in `.parquet`,

@@ -581,11 +581,7 @@ mod tests {
             partly.contains("Correcting it lowers the score from 3.79 to 2.90. No effect"),
             "{partly}"
         );
-        assert!(
-            partly
-                .contains("The best partial explanation, backlash at A5, brings the score to 2.50"),
-            "{partly}"
-        );
+        assert!(partly.contains("A part is explained, by backlash at A5 (half gap"), "{partly}");
         parts.diagnosis.verdict = DiagnosisVerdict::EffectFound;
         parts.diagnosis.candidates[0].indistinguishable = vec![1];
         parts.explanation.next_experiment = Some(sample::plan());

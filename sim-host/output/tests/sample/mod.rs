@@ -455,6 +455,7 @@ pub fn diagnosis(verdict: DiagnosisVerdict) -> Parts {
         held_out_before: 3.79,
         held_out_after: after,
         probability,
+        evidence: 40.0,
         left,
         may_be_named: effect.is_told_from_nothing(),
         effects: vec![effect],

@@ -11,10 +11,10 @@ mod parallel;
 mod superposed;
 
 pub(crate) use gains::blank;
-pub use model::{ControllerEntry, ControllerKind, CoreGains, OwnedController};
+pub use model::{ControllerEntry, ControllerKind, CoreGains, PlantController};
 
 use crate::input::{Control, nearest};
-use trueweld_core::control::{HybridController, JointGains};
+use trueweld_core::control::JointGains;
 
 /// The controllers, in the order of the published study: one line each.
 static CONTROLLERS: &[&ControllerEntry] =
@@ -66,7 +66,7 @@ impl ControllerKind {
     }
 
     /// The controller with the gains of a cell, at rest; `None` where the control file leaves it out.
-    pub fn build(self, control: &Control) -> Option<Box<dyn HybridController<f64>>> {
+    pub fn build(self, control: &Control) -> Option<Box<dyn PlantController>> {
         (self.entry().build)(control)
     }
 }

@@ -27,20 +27,32 @@ pub struct ControllerEntry {
     /// Gains of its joint position loop; `None` where the control file leaves it out.
     pub joint: fn(control: &Control) -> Option<&JointGains<f64>>,
     /// The controller with the gains of a cell, at rest; `None` where the control file leaves it out.
-    pub build: fn(control: &Control) -> Option<Box<dyn HybridController<f64>>>,
+    pub build: fn(control: &Control) -> Option<Box<dyn PlantController>>,
     /// What a controller's core is built from; `None` for one that no core has.
     pub core: Option<CoreGains>,
 }
 
-/// The scheme and the gains of a controller that a core has.
-pub type CoreGains = fn(control: &Control) -> (Scheme, ExternalGains<f64>);
+/// A controller as runs have it: one that is copied with a run in progress.
+pub trait PlantController: HybridController<f64> + Send + Sync {
+    /// The same controller in the same state.
+    fn copied(&self) -> Box<dyn PlantController>;
+}
 
-/// A controller on the heap as part of what owns it.
-pub struct OwnedController(pub Box<dyn HybridController<f64>>);
+impl<H: HybridController<f64> + Clone + Send + Sync + 'static> PlantController for H {
+    fn copied(&self) -> Box<dyn PlantController> {
+        Box::new(self.clone())
+    }
+}
 
-impl HybridController<f64> for OwnedController {
+impl Clone for Box<dyn PlantController> {
+    fn clone(&self) -> Self {
+        (**self).copied()
+    }
+}
+
+impl HybridController<f64> for Box<dyn PlantController> {
     fn start(&mut self, robot: &Robot<f64>, encoder: &JointVector<f64>, torque: &JointVector<f64>) {
-        self.0.start(robot, encoder, torque);
+        (**self).start(robot, encoder, torque);
     }
 
     fn cycle(
@@ -49,10 +61,13 @@ impl HybridController<f64> for OwnedController {
         setpoint: &Setpoint<f64>,
         sensed: &SensorReadings<f64>,
     ) -> DriveCommand<f64> {
-        self.0.cycle(robot, setpoint, sensed)
+        (**self).cycle(robot, setpoint, sensed)
     }
 
     fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
-        self.0.visit_state(visitor)
+        (**self).visit_state(visitor)
     }
 }
+
+/// The scheme and the gains of a controller that a core has.
+pub type CoreGains = fn(control: &Control) -> (Scheme, ExternalGains<f64>);

@@ -2,18 +2,21 @@
 
 use super::error::{InputError, Source};
 use sha2::{Digest, Sha256};
+use std::cell::RefCell;
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 /// Most bytes of a TOML file or a URDF: a hundred times the largest that is known.
 const MOST_TEXT: u64 = 16 << 20;
 
-/// Every file that this process opened through [`open`], by its canonical path, with the SHA-256 of
-/// its bytes where it was read to its end.
-static READ: Mutex<Vec<(PathBuf, Option<Hash>)>> = Mutex::new(Vec::new());
+thread_local! {
+    /// Every file that this thread opened through [`open`], by its canonical path, with the SHA-256
+    /// of its bytes where it was read to its end. A command reads its inputs on one thread; commands
+    /// of one process that run beside or after each other have inputs of their own.
+    static READ: RefCell<Vec<(PathBuf, Option<Hash>)>> = const { RefCell::new(Vec::new()) };
+}
 
 /// A SHA-256.
 type Hash = [u8; 32];
@@ -46,11 +49,10 @@ impl Read for InputReader {
 }
 
 fn remember(canonical: &Path, hash: Option<Hash>) {
-    let mut read = READ.lock().unwrap_or_else(PoisonError::into_inner);
-    match read.iter_mut().find(|(path, _)| path == canonical) {
+    READ.with_borrow_mut(|read| match read.iter_mut().find(|(path, _)| path == canonical) {
         Some((_, known)) => *known = hash,
         None => read.push((canonical.to_owned(), hash)),
-    }
+    });
 }
 
 /// SHA-256 of a file's bytes: of those that were read, where it was read to its end.
@@ -59,8 +61,10 @@ fn remember(canonical: &Path, hash: Option<Hash>) {
 /// As [`open`].
 pub(crate) fn hash_of_file(path: &Path) -> Result<Hash, InputError> {
     let known = |canonical: &Path| {
-        let read = READ.lock().unwrap_or_else(PoisonError::into_inner);
-        read.iter().find(|(path, _)| path == canonical).and_then(|(_, hash)| *hash)
+        let of = |read: &Vec<(PathBuf, Option<Hash>)>| {
+            read.iter().find(|(path, _)| path == canonical).and_then(|(_, hash)| *hash)
+        };
+        READ.with_borrow(of)
     };
     if let Some(hash) = path.canonicalize().ok().and_then(|canonical| known(&canonical)) {
         return Ok(hash);
@@ -102,11 +106,10 @@ pub fn open(path: &Path, most: u64) -> Result<InputReader, InputError> {
     Ok(InputReader { file, canonical, hasher: Sha256::new() })
 }
 
-/// Canonical paths of every input file that was read so far, those that other files name included:
-/// what no output may overwrite.
+/// Canonical paths of every input file that this thread has read so far, those that other files name
+/// included: what no output may overwrite.
 pub fn files_read() -> Vec<PathBuf> {
-    let read = READ.lock().unwrap_or_else(PoisonError::into_inner);
-    read.iter().map(|(path, _)| path.clone()).collect()
+    READ.with_borrow(|read| read.iter().map(|(path, _)| path.clone()).collect())
 }
 
 /// The name to show and the text of a file.

@@ -45,7 +45,7 @@ pub use file::{
 pub use model::{Comments, EffectComments, KnownEffect, ModelEffect, ModelFile, Scope};
 pub use nearest::{did_you_mean, nearest};
 pub use posterior::{MeasuredNumber, Posterior};
-pub use quantity::{Quantity, check_option, quantity, warnings};
+pub use quantity::{Quantity, check_option, quantity, warn, warnings};
 pub use relation::Relation;
 pub use robot::RobotFile;
 pub use sensors::{ForceSensor, SeamSensor, Sensors};

@@ -6,7 +6,7 @@
 //! 1000 kg of payload, with room to either side. What a single number cannot tell, numbers together
 //! do: [`Relation`](super::relation::Relation).
 
-use std::sync::{Mutex, PoisonError};
+use std::cell::RefCell;
 
 /// A quantity, by the key under which files state it.
 #[derive(Debug, PartialEq)]
@@ -274,15 +274,20 @@ pub(super) fn short(x: f64) -> String {
     if x == 0.0 || (1e-3..1e5).contains(&x.abs()) { format!("{x}") } else { format!("{x:e}") }
 }
 
-/// Values outside their plausible range, as they were read.
-static WARNINGS: Mutex<Vec<String>> = Mutex::new(Vec::new());
+thread_local! {
+    /// Values outside their plausible range, as this thread read them. A command reads its inputs on
+    /// one thread; its result has its own warnings, whatever else the process reads.
+    static WARNINGS: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
+}
 
-/// Notes a value outside its plausible range; a place that is read again is noted once.
-pub(super) fn warn(warning: String) {
-    let mut warnings = WARNINGS.lock().unwrap_or_else(PoisonError::into_inner);
-    if !warnings.contains(&warning) {
-        warnings.push(warning);
-    }
+/// Notes what a reader of the result should know of its inputs, such as a value outside its plausible
+/// range; what is noted again is noted once.
+pub fn warn(warning: String) {
+    WARNINGS.with_borrow_mut(|warnings| {
+        if !warnings.contains(&warning) {
+            warnings.push(warning);
+        }
+    });
 }
 
 /// Checks the value of an option of the command line, as files' values are checked.
@@ -305,8 +310,8 @@ pub fn check_option(flag: &str, key: &str, value: f64) -> Result<f64, String> {
     Ok(value)
 }
 
-/// Every value outside its plausible range that this process has read: where it stands, what it is,
+/// Every value outside its plausible range that this thread has read: where it stands, what it is,
 /// and the range.
 pub fn warnings() -> Vec<String> {
-    WARNINGS.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    WARNINGS.with_borrow(Clone::clone)
 }

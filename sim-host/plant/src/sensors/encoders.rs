@@ -18,7 +18,7 @@ pub(super) static ENCODERS: SensorEntry = SensorEntry {
 };
 
 /// The encoders of one run.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Encoders {
     resolution: [f64; 6],
     period: f64,

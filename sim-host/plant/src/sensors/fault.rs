@@ -161,7 +161,7 @@ impl fmt::Display for InstrumentFault {
 }
 
 /// What the instruments give where one of them may fail.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct FaultyInstruments {
     fault: Option<InstrumentFault>,
     random: ChaCha8Rng,

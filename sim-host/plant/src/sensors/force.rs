@@ -67,7 +67,7 @@ fn read(table: &TomlTable<'_>, sensors: &mut Sensors) -> Result<(), InputError> 
 }
 
 /// The force sensor of one run.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct ForceSensing {
     sensor: ForceSensor,
     /// From axes of T to those of a sensor that is mounted off.

@@ -58,7 +58,7 @@ pub fn outside(sensors: &Sensors, seed: u64) -> Vec<Box<dyn DeviationSensor>> {
 const SENSOR_ERROR_STREAM: u64 = 3;
 
 /// The robot's own instruments in one run.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Instruments {
     torque_noise: [f64; 6],
     noise: ChaCha8Rng,

@@ -32,7 +32,10 @@ pub struct SensorEntry {
 pub type BuildSensor = fn(sensors: &Sensors, seed: u64) -> Option<Box<dyn DeviationSensor>>;
 
 /// A sensor that measures the tool's deviation from outside the robot.
-pub trait DeviationSensor: std::fmt::Debug {
+pub trait DeviationSensor: std::fmt::Debug + Send + Sync {
+    /// The same sensor in the same state: it is copied with a run in progress.
+    fn copied(&self) -> Box<dyn DeviationSensor>;
+
     /// How far ahead of the tool it looks, m.
     fn ahead(&self) -> f64 {
         0.0
@@ -53,6 +56,12 @@ pub trait DeviationSensor: std::fmt::Debug {
     /// # Errors
     /// [`StateError`](trueweld_core::state::StateError).
     fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult;
+}
+
+impl Clone for Box<dyn DeviationSensor> {
+    fn clone(&self) -> Self {
+        (**self).copied()
+    }
 }
 
 /// A sensor file before the sensors' tables are read: all ideal, and no seam sensor.

@@ -80,7 +80,7 @@ fn read(table: &TomlTable<'_>, sensors: &mut Sensors) -> Result<(), InputError> 
 }
 
 /// The seam sensor of one run.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct SeamSensing {
     sensor: SeamSensor,
     random: ChaCha8Rng,
@@ -122,6 +122,10 @@ impl SeamSensing {
 }
 
 impl DeviationSensor for SeamSensing {
+    fn copied(&self) -> Box<dyn DeviationSensor> {
+        Box::new(self.clone())
+    }
+
     fn ahead(&self) -> f64 {
         self.sensor.ahead
     }

@@ -108,6 +108,7 @@ pub struct Controlled {
 
 /// A controller of a tool that is held by position while a law acts on it: a law acts while a push
 /// is asked for, and the controller is asked for none.
+#[derive(Clone)]
 struct HeldByPosition<H> {
     hybrid: H,
     holds: bool,
@@ -134,6 +135,7 @@ impl<H: HybridController<f64>> HybridController<f64> for HeldByPosition<H> {
 }
 
 /// The controller's side of a cell: hybrid controller and law, with the limits of the control file.
+#[derive(Clone)]
 pub struct ControlSide<H, L> {
     controller: Compensated<f64, HeldByPosition<H>, L>,
     /// True where the depth is held by position throughout.
@@ -141,6 +143,11 @@ pub struct ControlSide<H, L> {
 }
 
 impl<H: HybridController<f64>, L: Compensator<f64>> ControlSide<H, L> {
+    /// The law.
+    pub fn law(&mut self) -> &mut L {
+        self.controller.law()
+    }
+
     /// A controller and a law before [`start`](Self::start).
     pub fn new(scenario: &Scenario<'_>, hybrid: H, law: L) -> Self {
         let (period, limits) = (scenario.control.period, &scenario.control.compensation);
@@ -192,7 +199,7 @@ impl<H: HybridController<f64>, L: Compensator<f64>> Stateful for ControlSide<H, 
 }
 
 /// The plant's side of a cell: what reads it, and the torque that drives it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct PlantSide {
     /// Rate of the encoders that the plant's state does not contain, rad/s: of a posture that is
     /// frozen on its way.

@@ -2,7 +2,7 @@
 
 use super::{RunError, WeldProgram};
 use crate::cell::Cell;
-use crate::controllers::ControllerKind;
+use crate::controllers::{ControllerKind, PlantController};
 use crate::input::{Control, Process, Sensors, Weld};
 use crate::integrate::Integrator;
 use crate::process::ProcessMisfit;
@@ -11,7 +11,6 @@ use crate::sensors::InstrumentFault;
 use trueweld_compensators::Entry;
 use trueweld_core::Robot;
 use trueweld_core::compensation::Compensator;
-use trueweld_core::control::HybridController;
 
 /// Everything one run is made of.
 #[derive(Debug, Clone, Copy)]
@@ -78,7 +77,7 @@ impl Scenario<'_> {
     ///
     /// # Errors
     /// [`RunError::NoGains`].
-    pub fn build_controller(&self) -> Result<Box<dyn HybridController<f64>>, RunError> {
+    pub fn build_controller(&self) -> Result<Box<dyn PlantController>, RunError> {
         let controller = self.controller.name();
         self.controller.build(self.control).ok_or(RunError::NoGains { controller })
     }
@@ -88,7 +87,7 @@ impl Scenario<'_> {
     /// # Errors
     /// [`RunError::NoSeamSensor`], and [`RunError::Law`] where a gain does not suit the control
     /// period.
-    pub fn build_law(&self) -> Result<Box<dyn Compensator<f64>>, RunError> {
+    pub fn build_law(&self) -> Result<Box<dyn Compensator<f64> + Send>, RunError> {
         if self.law.needs().seam_sensor && self.sensors.seam.is_none() {
             return Err(RunError::NoSeamSensor { law: self.law.name().to_owned() });
         }

@@ -51,7 +51,7 @@ use super::cycle::{ControlSide, Controlled, InstrumentReadings, Plant, PlantSide
 use super::start::{Start, lateral_by_joint};
 use super::{ProgramTarget, RecordRow, RunError, Scenario};
 use crate::cell::{Cell, Evaluation, State};
-use crate::controllers::OwnedController;
+use crate::controllers::PlantController;
 use crate::integrate::{Diverged, Stepper};
 use crate::robot::Drives;
 use nalgebra::Vector3;
@@ -128,7 +128,7 @@ pub struct CellView {
 }
 
 /// A cell in a weld without its controller: robot with effects, process, instruments and program.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct OpenCell {
     side: PlantSide,
     motion: CellMotion,
@@ -170,6 +170,11 @@ impl OpenCell {
     /// Control periods of the whole program.
     pub fn periods(&self) -> usize {
         self.periods
+    }
+
+    /// Control periods that are over.
+    pub fn periods_done(&self) -> usize {
+        self.tick
     }
 
     /// True once the program is over; the cell may go on.
@@ -286,9 +291,10 @@ fn tool_axis(pose: &Pose<f64>) -> Vector3<f64> {
 }
 
 /// A cell in a weld under its controller and a law, one control period at a time.
+#[derive(Clone)]
 pub struct Simulation<L> {
     cell: OpenCell,
-    controller: ControlSide<OwnedController, L>,
+    controller: ControlSide<Box<dyn PlantController>, L>,
     monitor: Option<HealthMonitor>,
 }
 
@@ -309,7 +315,7 @@ impl<L: Compensator<f64>> Simulation<L> {
     /// [`RunError`].
     pub fn with_law(scenario: &Scenario<'_>, law: L) -> Result<Self, RunError> {
         let cell = OpenCell::new(scenario)?;
-        let hybrid = OwnedController(scenario.build_controller()?);
+        let hybrid = scenario.build_controller()?;
         let mut controller = ControlSide::new(scenario, hybrid, law);
         let [motor, torque] = cell.start();
         controller.start(scenario.controller_model, &motor, &torque);
@@ -320,6 +326,21 @@ impl<L: Compensator<f64>> Simulation<L> {
     /// Control periods of the whole program.
     pub fn periods(&self) -> usize {
         self.cell.periods()
+    }
+
+    /// Control periods that are over.
+    pub fn periods_done(&self) -> usize {
+        self.cell.periods_done()
+    }
+
+    /// The cell's motion where it was last [observed](Self::observe).
+    pub fn motion(&self) -> &CellMotion {
+        self.cell.motion()
+    }
+
+    /// The law.
+    pub fn law(&mut self) -> &mut L {
+        self.controller.law()
     }
 
     /// True once the program is over.

@@ -222,7 +222,7 @@ impl TaughtOffset {
 }
 
 /// The deformed start: the cell at rest with the tool's set-point the initial depth in the material.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Start {
     pub rest: rest::Rest,
     /// Encoder angles, rad.
