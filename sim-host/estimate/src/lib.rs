@@ -15,7 +15,7 @@
 //!
 //! | room | holds |
 //! |---|---|
-//! | [`mistakes`] | gross mistakes in the files, found before any physics |
+//! | [`log_faults`] | gross mistakes in the files, found before any physics |
 //! | [`predict`] | what a model predicts of a log's channels |
 //! | [`align`] | clocks fitted to what a model predicts |
 //! | [`residuals`] | how far a model is from its logs, and under which conditions |
