@@ -4,11 +4,11 @@ use crate::results::{FormFiles, Results, check_empty_folder, check_outputs, chec
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
 use std::path::{Path, PathBuf};
-use trueweld::{measured_provenance, read_input};
+use trueweld::{control_and_sensors, measured_provenance};
 use trueweld_laboratory::ProtocolFile;
 use trueweld_logs::campaign::Campaign;
 use trueweld_output::{RecordReport, RecordedLog};
-use trueweld_plant::input::{Control, ModelFile, Sensors};
+use trueweld_plant::input::ModelFile;
 use trueweld_plant::provenance::{EffectRecord, FileDigest};
 
 /// Arguments of `record`.
@@ -66,14 +66,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     check_targets(&outputs)?;
     let mut protocol = ProtocolFile::read(&arguments.protocol)?;
     protocol.seed = arguments.seed.unwrap_or(protocol.seed);
-    let control = match protocol.control.clone() {
-        Some(control) => control,
-        None => read_input::<Control>(None, &mut Vec::new())?,
-    };
-    let sensors = match protocol.sensors.clone() {
-        Some(sensors) => sensors,
-        None => read_input::<Sensors>(None, &mut Vec::new())?,
-    };
+    let (control, sensors) = control_and_sensors(&protocol)?;
     check_outputs(&outputs)?;
     let progress = results.progress("recording", protocol.logs.len() as f64);
     let mut half = HalfCampaign { folder: out, is_whole: false };

@@ -641,9 +641,9 @@ fn weigh(
     let (best, noise) = (costs[0], noise_chi_square(ctx.problem).max(1.0));
     // What is left above the floor says how far the sum of squares can be trusted.
     let inflation = rules::variance_inflation(first);
-    let noise_left = RivalNoise::left_by(ctx.problem, ctx.blocks, first);
+    let noise_left = RivalNoise::left_by(ctx.problem, ctx.blocks, ctx.null, first);
     for (candidate, fitted) in candidates.iter_mut().zip(fits) {
-        candidate.evidence = noise_left.gain(ctx.null, fitted) - (tried.max(1) as f64).ln();
+        candidate.evidence = noise_left.gain(fitted) - (tried.max(1) as f64).ln();
     }
     let weight = |cost: f64| (-0.5 * (cost - best).max(0.0) / inflation).exp();
     // What may not be named is no explanation. Where it fits better than they do by more than a tie,

@@ -19,16 +19,25 @@ use trueweld_estimate::predict::ComparedQuantity;
 const STATED_NOISE_ERROR: f64 = 0.03;
 const ESTIMATED_NOISE_ERROR: f64 = 0.25;
 
-/// The noise that rivals are judged by: what one unit of squared residual counts for, by log and value.
+/// What rivals are judged against and by: a null, and the noise, as what one unit of squared residual
+/// counts for, by log and value.
 pub(crate) struct RivalNoise<'p> {
     problem: &'p FitProblem,
     blocks: &'p [Vec<u8>],
     precision: Vec<Vec<f64>>,
+    null: &'p Fitted,
+    /// What the null leaves of blocks that were left out.
+    before: Vec<Vec<f64>>,
 }
 
 impl<'p> RivalNoise<'p> {
-    /// Of what `best` leaves.
-    pub(crate) fn left_by(problem: &'p FitProblem, blocks: &'p [Vec<u8>], best: &Fitted) -> Self {
+    /// Of what `best` leaves, beside `null`.
+    pub(crate) fn left_by(
+        problem: &'p FitProblem,
+        blocks: &'p [Vec<u8>],
+        null: &'p Fitted,
+        best: &Fitted,
+    ) -> Self {
         let columns = columns(problem);
         let of_log = |(log, experiment): (usize, &trueweld_estimate::predict::PreparedLog)| {
             let left = &best.residuals[log].residual;
@@ -56,16 +65,16 @@ impl<'p> RivalNoise<'p> {
             (0..left.len()).map(of_value).collect()
         };
         let precision = problem.logs.iter().enumerate().map(of_log).collect();
-        Self { problem, blocks, precision }
+        Self { problem, blocks, precision, null, before: null.residuals_from_others(blocks) }
     }
 
-    /// By how much `fitted` predicts blocks better that were left out than `null` does, as the
+    /// By how much `fitted` predicts blocks better that were left out than the null does, as the
     /// difference of their log scores.
-    pub(crate) fn gain(&self, null: &Fitted, fitted: &Fitted) -> f64 {
-        let [before, after] = [null, fitted].map(|f| f.residuals_from_others(self.blocks));
-        let mut fall = -prior_penalty(&null.residuals, &fitted.residuals);
+    pub(crate) fn gain(&self, fitted: &Fitted) -> f64 {
+        let after = fitted.residuals_from_others(self.blocks);
+        let mut fall = -prior_penalty(&self.null.residuals, &fitted.residuals);
         for log in 0..self.problem.logs.len() {
-            let pairs = before[log].iter().zip(&after[log]).zip(&self.precision[log]);
+            let pairs = self.before[log].iter().zip(&after[log]).zip(&self.precision[log]);
             fall += pairs.map(|((b, a), precision)| precision * (b * b - a * a)).sum::<f64>();
         }
         0.5 * fall

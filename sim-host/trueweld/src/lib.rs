@@ -95,7 +95,7 @@ pub use fixture::{Embedded, read_input};
 pub use identify::identify;
 pub use improve::{ImproveOptions, ImproveTask, ImprovedModel, improve};
 pub use measured::{GivenLogs, HeldOutLogs, MeasuredLogs, measured_provenance};
-pub use plan::{PlannedExperiments, plan};
+pub use plan::{PlannedExperiments, control_and_sensors, plan};
 pub use program::Program;
 pub use provenance::{SOURCES, VERSION, of_program};
 pub use simulate::{SimulateOptions, SimulatedWeld, SimulatedWelds, simulate};

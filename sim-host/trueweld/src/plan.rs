@@ -32,14 +32,7 @@ pub struct PlannedExperiments {
 /// Experiments that the cell cannot make; the operating system's, of a temporary folder.
 pub fn plan(mut protocol: ProtocolFile, done: &dyn Fn(&str, f64)) -> Result<PlannedExperiments> {
     protocol.effects.clear();
-    let control = match protocol.control.take() {
-        Some(control) => control,
-        None => read_input::<Control>(None, &mut Vec::new())?,
-    };
-    let sensors = match protocol.sensors.take() {
-        Some(sensors) => sensors,
-        None => read_input::<Sensors>(None, &mut Vec::new())?,
-    };
+    let (control, sensors) = control_and_sensors(&protocol)?;
     let folder = tempfile::tempdir().into_diagnostic()?;
     let count = protocol.logs.len() as f64;
     let recorded = |logs: usize| done("simulating", 0.4 * logs as f64 / count);
@@ -50,4 +43,20 @@ pub fn plan(mut protocol: ProtocolFile, done: &dyn Fn(&str, f64)) -> Result<Plan
     let MeasuredLogs { logs, problem, .. } = measured;
     let detectability = detectability(&problem, &logs).into_diagnostic()?;
     Ok(PlannedExperiments { logs, detectability })
+}
+
+/// Gains and sensors of the controllers that weld in a protocol: its own, or else the embedded ones.
+///
+/// # Errors
+/// None of files that are part of the program.
+pub fn control_and_sensors(protocol: &ProtocolFile) -> Result<(Control, Sensors)> {
+    let control = match protocol.control.clone() {
+        Some(control) => control,
+        None => read_input::<Control>(None, &mut Vec::new())?,
+    };
+    let sensors = match protocol.sensors.clone() {
+        Some(sensors) => sensors,
+        None => read_input::<Sensors>(None, &mut Vec::new())?,
+    };
+    Ok((control, sensors))
 }

@@ -18,7 +18,9 @@ use crate::text::diagnose::{
 use crate::text::finding::map_title;
 use crate::text::{self, Scale, counted, probability, score, share};
 use trueweld_diagnose::evidence::EffectCurve;
-use trueweld_diagnose::{DiagnosisVerdict, ExplanationReason, FittedEffect};
+use trueweld_diagnose::{
+    Confusable, DiagnosisVerdict, EffectLimit, ExplanationReason, FittedEffect,
+};
 use trueweld_estimate::residuals::localize::{ConditionBin, foremost};
 use trueweld_plant::effects::CalibrationScope;
 use trueweld_plant::input::RobotFile;
@@ -109,12 +111,16 @@ impl Report for DiagnoseReport<'_> {
         document.section(
             medium,
             "The smallest effects that these logs would have shown",
-            Block::Table(self.limits()),
+            Block::Table(limits_table(&diagnosis.limits, &self.model.robot)),
         );
         document.section(
             medium,
             "What these logs hardly tell apart, and from how many times the smallest size on",
-            Block::Table(self.confusable()),
+            Block::Table(confusable_table(
+                &diagnosis.confusable,
+                &self.model.robot,
+                CONFUSABLE_PAIRS_MAX,
+            )),
         );
         document.push(Block::List(text::compare::notes(self.notices)));
         document
@@ -215,25 +221,29 @@ impl DiagnoseReport<'_> {
         }
         Table { head: vec![head], rows }
     }
+}
 
-    fn limits(&self) -> Table {
-        let columns: [Column<'_, Limits>; 3] = [
-            (words("effect"), &|line| words(line.kind.id)),
-            (words("size"), &|line| words(line.size.clone())),
-            (words("by place"), &|line| words(line.by_place())),
-        ];
-        Table::of(limits(&self.diagnosis.limits, &self.model.robot), &columns)
-    }
+/// The smallest effects that logs show, a row a kind.
+pub(super) fn limits_table<'l>(
+    all: impl IntoIterator<Item = &'l EffectLimit>,
+    robot: &RobotFile,
+) -> Table {
+    let columns: [Column<'_, Limits>; 3] = [
+        (words("effect"), &|line| words(line.kind.id)),
+        (words("size"), &|line| words(line.size.clone())),
+        (words("by place"), &|line| words(line.by_place())),
+    ];
+    Table::of(limits(all, robot), &columns)
+}
 
-    fn confusable(&self) -> Table {
-        let pairs = self.diagnosis.confusable.iter().take(CONFUSABLE_PAIRS_MAX);
-        let rows = pairs.map(|pair| {
-            let [first, second, apart] = confusable(pair, &self.model.robot);
-            vec![words(first), words(second), number(apart)]
-        });
-        let head = vec![words("one"), words("the other"), number("from × its limit")];
-        Table { head: vec![head], rows: rows.collect() }
-    }
+/// Effects that logs hardly tell apart, a row a pair, at most so many.
+pub(super) fn confusable_table(pairs: &[Confusable], robot: &RobotFile, most: usize) -> Table {
+    let rows = pairs.iter().take(most).map(|pair| {
+        let [first, second, apart] = confusable(pair, robot);
+        vec![words(first), words(second), number(apart)]
+    });
+    let head = vec![words("one"), words("the other"), number("from × its limit")];
+    Table { head: vec![head], rows: rows.collect() }
 }
 
 /// The curves that show an explanation's effects.

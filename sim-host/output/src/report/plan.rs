@@ -1,9 +1,10 @@
 //! What experiments would show, before they are made.
 
+use super::diagnose::{confusable_table, limits_table};
 use super::{PublishedResult, Report};
 use crate::document::{Block, Column, Document, Medium, Table, number, words};
 use crate::json::plan::PlanResult;
-use crate::text::diagnose::{Limits, confusable, limits};
+use crate::text::diagnose::{Limits, limits};
 use crate::text::{counted, fixed, listed};
 use crate::{PlanReport, RecordedLog};
 use trueweld_diagnose::ShownEffect;
@@ -22,6 +23,8 @@ impl Report for PlanReport<'_> {
     fn document(&self) -> Document {
         let mut document = Document::new("Plan", self.headline(), self.provenance);
         document.push(Block::Lead(self.useless()));
+        let robot = &self.model.robot;
+        let shown = self.detectability.shown.iter().map(|ShownEffect { limit, .. }| limit);
         document.section(
             Medium::All,
             "What each experiment shows best",
@@ -30,7 +33,7 @@ impl Report for PlanReport<'_> {
         document.section(
             Medium::All,
             "The smallest effects that they would show together, all calibrations free",
-            Block::Table(self.limits()),
+            Block::Table(limits_table(shown, robot)),
         );
         document.section(
             Medium::All,
@@ -40,7 +43,7 @@ impl Report for PlanReport<'_> {
         document.section(
             Medium::All,
             "What they would hardly tell apart, and from how many times the smallest size on",
-            Block::Table(self.confusable()),
+            Block::Table(confusable_table(&self.detectability.confusable, robot, HARDLY_APART_MAX)),
         );
         document
     }
@@ -87,16 +90,6 @@ impl PlanReport<'_> {
         Table::of(rows, &columns)
     }
 
-    fn limits(&self) -> Table {
-        let columns: [Column<'_, Limits>; 3] = [
-            (words("effect"), &|line| words(line.kind.id)),
-            (words("size"), &|line| words(line.size.clone())),
-            (words("by place"), &|line| words(line.by_place())),
-        ];
-        let shown = self.detectability.shown.iter().map(|ShownEffect { limit, .. }| limit);
-        Table::of(limits(shown, &self.model.robot), &columns)
-    }
-
     /// A line a kind.
     fn not_shown(&self) -> Vec<String> {
         let mut lines: Vec<String> = Vec::new();
@@ -111,15 +104,5 @@ impl PlanReport<'_> {
             last = kind.id;
         }
         lines
-    }
-
-    fn confusable(&self) -> Table {
-        let pairs = self.detectability.confusable.iter().take(HARDLY_APART_MAX);
-        let rows = pairs.map(|pair| {
-            let [first, second, apart] = confusable(pair, &self.model.robot);
-            vec![words(first), words(second), number(apart)]
-        });
-        let head = vec![words("one"), words("the other"), number("from × its limit")];
-        Table { head: vec![head], rows: rows.collect() }
     }
 }
