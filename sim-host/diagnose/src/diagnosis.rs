@@ -5,7 +5,7 @@ use crate::confuse::{self, Confusable};
 use crate::equivalent_calibrations;
 use crate::errors::{DiagnosisErrors, errors_from_others, errors_of};
 use crate::found::{
-    FittedEffect, effects_of, found, found_beside, found_by_what_is_left, found_effects,
+    FittedEffect, effects_of, found, found_beside, found_by_what_is_left, found_over,
     has_unseen_wave,
 };
 use crate::gate::{HeldOutGain, may_be_named};
@@ -359,7 +359,7 @@ fn best_that_counts(ctx: &SearchContext<'_>, singles: &[Fitted]) -> Option<usize
 
 /// True for a fit whose effects may be named beside what `before` has.
 fn is_nameable(ctx: &SearchContext<'_>, before: &Fitted, fitted: &Fitted) -> bool {
-    let effects = found_effects(ctx.problem, fitted);
+    let effects = found_over(ctx.problem, before, fitted);
     may_be_named(ctx.problem, ctx.blocks, (before, fitted), &effects)
 }
 
@@ -467,7 +467,7 @@ fn conclude(
     calibration.retain(|found| is_calibration(found.effect.kind));
 
     let candidate = |fitted: &Fitted| {
-        let effects = found_effects(problem, fitted);
+        let effects = found_over(problem, null, fitted);
         let candidate = Candidate::new(problem, fitted, effects, [score_before, excess]);
         let may_be_named = is_nameable(ctx, null, fitted);
         (Candidate { may_be_named, ..candidate }, fitted.clone())

@@ -57,6 +57,25 @@ impl FittedEffect {
         told.any(|told| told)
     }
 
+    /// Draws the end of the interval that is nearer to no effect where the deviance, which is so much
+    /// at no effect, reaches that of 95 %; for an effect with one fitted size alone.
+    fn bound_towards_nothing(&mut self, deviance: f64) {
+        let sizes = self.effect.kind.parameters.iter().enumerate();
+        let sizes: Vec<_> = sizes.filter(|(k, p)| p.is_size() && self.is_fitted(*k)).collect();
+        let [(k, parameter)] = sizes[..] else { return };
+        if matches!(parameter.role, Role::Reciprocal { .. }) || deviance <= 0.0 {
+            return;
+        }
+        let value = self.effect.values[k];
+        let size = value - parameter.without_effect(value);
+        let end = value - size * HALF_95 / deviance.sqrt();
+        let [low, high] = &mut self.interval[k];
+        match size > 0.0 {
+            true => *low = low.max(end),
+            false => *high = high.min(end),
+        }
+    }
+
     /// True for a wave of which the logs hold less than one turn, or do not tell its order, or its
     /// length, from none: a piece of a sine is as good as a parabola, or as a spring with slack.
     pub fn is_unseen_wave(&self) -> bool {
@@ -246,6 +265,25 @@ pub(crate) fn found_beside(
 pub(super) fn found_effects(problem: &FitProblem, fitted: &Fitted) -> Vec<FittedEffect> {
     let own = effects_of(fitted);
     found(problem, fitted, |of| matches!(of, EffectScope::Shared(i) if own.contains(&i)))
+}
+
+/// The same, with what a fit without the last of them says of its size: the sum of squares rises
+/// from where it is least to what it is without the effect, and its root is taken to do so evenly
+/// (profile likelihood by its signed root; Bates and Watts 1988). Slopes alone say little of a size
+/// where another value bends with it, as a share and its time constant do.
+pub(super) fn found_over(
+    problem: &FitProblem,
+    without: &Fitted,
+    fitted: &Fitted,
+) -> Vec<FittedEffect> {
+    let mut all = found_effects(problem, fitted);
+    if all.len() == effects_of(without).len() + 1
+        && let Some(last) = all.last_mut()
+    {
+        let deviance = (without.cost - fitted.cost) / rules::variance_inflation(fitted);
+        last.bound_towards_nothing(deviance);
+    }
+    all
 }
 
 /// True where one of these is a wave that the logs do not tell to be one.

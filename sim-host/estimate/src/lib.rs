@@ -16,6 +16,7 @@
 //! | room | holds |
 //! |---|---|
 //! | [`log_faults`] | gross mistakes in the files, found before any physics |
+//! | [`outlying_loads`] | loads at rest that the others of their posture contradict |
 //! | [`predict`] | what a model predicts of a log's channels |
 //! | [`align`] | clocks fitted to what a model predicts |
 //! | [`residuals`] | how far a model is from its logs, and under which conditions |
@@ -45,6 +46,7 @@ pub mod encoder_noise;
 pub mod fit;
 pub mod identify;
 pub mod log_faults;
+pub mod outlying_loads;
 pub mod predict;
 pub mod residuals;
 pub mod safe_space;

@@ -26,7 +26,7 @@ mod floor;
 mod kind;
 pub mod log;
 pub mod noise;
-mod outlier;
+pub mod outlier;
 pub mod rates;
 pub mod register;
 pub mod resample;

@@ -20,7 +20,7 @@ const SCATTER_NEIGHBOURS: usize = 20;
 
 /// How many deviations of what a line misses by, and of the stated noise, an outlier stands out by.
 /// A line's misses are 1.5 times the noise, so that white noise would have to reach 12 deviations.
-const OUTLIER_DEVIATIONS: f64 = 8.0;
+pub const OUTLIER_DEVIATIONS: f64 = 8.0;
 
 /// Largest difference of both lines, as a share of what they miss an outlier by: a level that stays
 /// changed has one of the size of the change.

@@ -10,9 +10,10 @@ use trueweld_diagnose::improve::HeldOut;
 use trueweld_estimate::align::align_clocks;
 use trueweld_estimate::fit::{FitProblem, FitState, residuals};
 use trueweld_estimate::log_faults::{Found, find};
+use trueweld_estimate::outlying_loads::leave_out_outlying_loads;
 use trueweld_estimate::predict::Prediction;
 use trueweld_estimate::residuals::compare::{
-    LogComparison, Notice, baseline, notices, of_comparable, of_each_log, of_logs,
+    LogComparison, Notice, baseline, experiments, notices, of_comparable, of_each_log, of_logs,
 };
 use trueweld_estimate::residuals::single_load::single_loads;
 use trueweld_logs::campaign::read_logs;
@@ -67,18 +68,27 @@ impl GivenLogs {
     /// Clocks that cannot be aligned; a log that the model cannot be driven through.
     pub fn prepare(self) -> Result<MeasuredLogs> {
         let Self { model, mut logs } = self;
-        // Before the tracker's frame is taken out: a clock is found whatever the frame.
-        let aligned = align_clocks(&mut logs, &baseline(&model)).into_diagnostic();
-        let found = find(&mut logs, &baseline(&model))?;
-        let experiments = if found.mistakes.is_empty() {
-            aligned?;
-            of_comparable(&mut logs, &baseline(&model)).into_diagnostic()?
-        } else {
-            Vec::new()
-        };
-        let problem = FitProblem::new(&model, experiments);
+        let (found, problem) = ready(&model, &mut logs)?;
         Ok(MeasuredLogs { model, logs, found, problem })
     }
+}
+
+/// Looks for gross mistakes in logs, and makes them ready to be compared with a model; none where
+/// there are mistakes.
+fn ready(model: &ModelFile, logs: &mut Vec<Log>) -> Result<(Found, FitProblem)> {
+    let baseline = baseline(model);
+    // Before the tracker's frame is taken out: a clock is found whatever the frame.
+    let aligned = align_clocks(logs, &baseline).into_diagnostic();
+    let found = find(logs, &baseline)?;
+    if !found.mistakes.is_empty() {
+        return Ok((found, FitProblem::new(model, Vec::new())));
+    }
+    aligned?;
+    let mut problem = FitProblem::new(model, of_comparable(logs, &baseline).into_diagnostic()?);
+    if leave_out_outlying_loads(&problem, logs).into_diagnostic()? {
+        problem = FitProblem::new(model, experiments(logs, &baseline).into_diagnostic()?);
+    }
+    Ok((found, problem))
 }
 
 fn must_have_no_mistakes(found: &Found) -> Result<()> {
@@ -243,16 +253,10 @@ impl HeldOutLogs {
                 ));
             }
         }
-        align_clocks(&mut logs, &baseline(model)).into_diagnostic()?;
         // Their trackers may stand elsewhere too.
-        let found = find(&mut logs, &baseline(model))?;
+        let (found, problem) = ready(model, &mut logs)?;
         let files = log_digests("held-out log", &logs)?;
-        let experiments = if found.mistakes.is_empty() {
-            of_comparable(&mut logs, &baseline(model)).into_diagnostic()?
-        } else {
-            Vec::new()
-        };
-        let held_out = HeldOut::new(model, &logs, experiments);
+        let held_out = HeldOut::new(model, &logs, problem.logs);
         Ok(Self { logs, found, files, held_out })
     }
 

@@ -45,7 +45,7 @@ use trueweld_plant::integrate::TooFast;
 use trueweld_plant::robot::{Channel, ElasticRobot, INTERNAL_STATES, Memory, mount};
 
 /// Angle of a joint by which one posture is another, rad.
-const ANOTHER_POSTURE: f64 = 0.1;
+pub(crate) const ANOTHER_POSTURE: f64 = 0.1;
 
 /// The model that logs are compared with, before effects.
 #[derive(Debug, Clone)]

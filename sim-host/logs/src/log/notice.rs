@@ -1,5 +1,6 @@
 //! What a reader should know of a log although nothing is wrong with it.
 
+use crate::channel::LogChannel;
 use crate::kind::LogKind;
 use nalgebra::Vector3;
 
@@ -95,6 +96,15 @@ pub enum LogNotice {
         unit: &'static str,
         /// True where they are not compared; false where there are too many of them.
         left_out: bool,
+    },
+    /// Loads at rest that the other loads of their posture contradict in this channel: not compared.
+    OutlyingLoads {
+        /// The channel.
+        channel: LogChannel,
+        /// Rows of the samples, from 1.
+        rows: Vec<usize>,
+        /// By how much the worst is off the median of its posture, in the channel's unit.
+        largest: f64,
     },
     /// Forces of a weld that are not compared: rows are so far apart that a line of the spindle shows as a
     /// slow force.

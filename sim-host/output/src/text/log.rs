@@ -1,6 +1,6 @@
 //! What is said of a log although nothing is wrong with it.
 
-use super::{Scale, counted};
+use super::{Scale, counted, listed};
 use std::fmt::Display;
 use trueweld_logs::log::LogNotice;
 
@@ -75,7 +75,7 @@ pub fn notice(notice: &LogNotice) -> String {
             let between = if gaps.is_empty() {
                 "at its ends".to_owned()
             } else {
-                format!("between {}", listed(gaps))
+                format!("between {}", spans(gaps))
             };
             let cut = match pieces {
                 0 | 1 => "is left out".to_owned(),
@@ -86,7 +86,7 @@ pub fn notice(notice: &LogNotice) -> String {
         LogNotice::Dropout { columns, stretches } => format!(
             "no value of {} from {}: nothing that needs one is compared there",
             named(columns),
-            listed(stretches)
+            spans(stretches)
         ),
         LogNotice::Folded { order, frequency, period } => format!(
             "forces are not compared: in rows {:.0} ms apart the spindle's order {order} looks like a \
@@ -115,6 +115,18 @@ pub fn notice(notice: &LogNotice) -> String {
                 counted(*rows, "row")
             )
         }
+        LogNotice::OutlyingLoads { channel, rows, largest } => {
+            let entry = channel.entry();
+            let rows: Vec<String> = rows.iter().map(usize::to_string).collect();
+            format!(
+                "{} of {} {} is off what the other loads of its posture say, by up to {}: not compared; check the load and its \
+                 readings there",
+                entry.name,
+                if rows.len() == 1 { "row" } else { "rows" },
+                listed(&rows, "and"),
+                Scale::small(entry.unit).quantity(*largest)
+            )
+        }
     }
 }
 
@@ -124,7 +136,7 @@ fn exactly(scale: Scale, limit: f64) -> String {
 }
 
 /// Stretches of time.
-fn listed(stretches: &[[f64; 2]]) -> String {
+fn spans(stretches: &[[f64; 2]]) -> String {
     let stretches = stretches.iter().map(|[from, to]| format!("{from:.3} s to {to:.3} s"));
     stretches.collect::<Vec<_>>().join(", ")
 }
@@ -137,6 +149,7 @@ fn named<T: Display>(columns: impl IntoIterator<Item = T>) -> String {
 #[cfg(test)]
 mod tests {
     use super::notice;
+    use trueweld_logs::channel::LogChannel;
     use trueweld_logs::log::{LogKind, LogNotice};
 
     #[test]
@@ -176,6 +189,11 @@ mod tests {
                 largest: 612.0,
                 unit: "N",
                 left_out: false,
+            },
+            LogNotice::OutlyingLoads {
+                channel: LogChannel::Position,
+                rows: vec![7, 41],
+                largest: 0.0436,
             },
             LogNotice::Folded { order: 1.0, frequency: 0.41, period: 0.096 },
             LogNotice::LeftOut { log: "weld, 4 of 7".to_owned(), what: "it is too short" },
