@@ -58,7 +58,8 @@ impl FittedEffect {
     }
 
     /// Draws the end of the interval that is nearer to no effect where the deviance, which is so much
-    /// at no effect, reaches that of 95 %; for an effect with one fitted size alone.
+    /// at no effect, reaches that of 95 %, and the other no further than what is plausible; for an
+    /// effect with one fitted size alone.
     fn bound_towards_nothing(&mut self, deviance: f64) {
         let sizes = self.effect.kind.parameters.iter().enumerate();
         let sizes: Vec<_> = sizes.filter(|(k, p)| p.is_size() && self.is_fitted(*k)).collect();
@@ -70,10 +71,10 @@ impl FittedEffect {
         let size = value - parameter.without_effect(value);
         let end = value - size * HALF_95 / deviance.sqrt();
         let [low, high] = &mut self.interval[k];
-        match size > 0.0 {
-            true => *low = low.max(end),
-            false => *high = high.min(end),
-        }
+        (*low, *high) = match size > 0.0 {
+            true => (low.max(end), high.min(parameter.high).max(value)),
+            false => (low.max(parameter.low).min(value), high.min(end)),
+        };
     }
 
     /// True for a wave of which the logs hold less than one turn, or do not tell its order, or its
