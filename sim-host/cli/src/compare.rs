@@ -1,12 +1,12 @@
-//! `trueweld compare`: how far a model is from measurements, and where.
+//! `trueweld compare`: how far a model is from measurements, or a log from another, and where.
 
 use crate::measured::{LogArguments, tell_mistakes};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
-use miette::Result;
+use miette::{Result, miette};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use trueweld::compare;
-use trueweld_output::CompareReport;
+use trueweld::{ComparedPair, compare, compare_logs};
+use trueweld_output::{CompareLogsReport, CompareReport};
 
 /// Arguments of `compare`.
 #[derive(Args)]
@@ -21,6 +21,19 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let outputs = arguments.results.outputs();
     check_targets(&outputs)?;
+    if let Some([first, second]) = arguments.measurements.pair() {
+        if let Some((flag, _)) =
+            outputs.iter().find(|(flag, _)| ["--rrd", "--samples"].contains(flag))
+        {
+            return Err(miette!(
+                help = "Without a model two logs are compared with each other. Leave it out, or name a model: --model model.toml.",
+                "{flag}: expected none for two logs without a model, whose result is figures and pictures"
+            ));
+        }
+        let ComparedPair { logs, pair, provenance } = compare_logs(first, second)?;
+        let report = CompareLogsReport { logs: &logs, pair: &pair, provenance: &provenance };
+        return arguments.results.files.write(&report);
+    }
     let measured = arguments.measurements.read()?;
     check_outputs(&outputs)?;
     let provenance = measured.provenance("compare")?;

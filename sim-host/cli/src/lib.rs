@@ -90,7 +90,9 @@ enum Command {
     /// Study a cell: what its welds depend on, and what the published study shows
     #[command(subcommand)]
     Study(study::Study),
-    /// Show how far a model is from measurements, and where
+    /// Show how far a model is from measurements, or a log from another, and where
+    ///
+    /// Two logs of one experiment are compared with each other where no model is given: is the cell as it was?
     Compare(compare::Arguments),
     /// Find out which physical effect is missing in a model
     Diagnose(diagnose::Arguments),

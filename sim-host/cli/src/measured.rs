@@ -3,10 +3,11 @@
 use crate::results::Results;
 use clap::Args;
 use miette::{Result, miette};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use trueweld::{GivenLogs, MeasuredLogs, WorkProgress};
 use trueweld_estimate::log_faults::Found;
+use trueweld_logs::campaign::CAMPAIGN_FILE;
 use trueweld_output::{MistakesReport, Progress, mistake_in_words};
 use trueweld_plant::input::ModelFile;
 use trueweld_plant::provenance::Provenance;
@@ -63,6 +64,15 @@ impl LogArguments {
     /// Model and logs as the files have them.
     pub(crate) fn read_files(&self) -> Result<GivenLogs> {
         GivenLogs::read(self.model.as_deref(), &self.logs)
+    }
+
+    /// Two logs that no model is given for, to be compared with each other.
+    pub(crate) fn pair(&self) -> Option<[&Path; 2]> {
+        let is_log = |folder: &PathBuf| !folder.join(CAMPAIGN_FILE).is_file();
+        match (&self.model, self.logs.as_slice()) {
+            (None, [first, second]) if is_log(first) && is_log(second) => Some([first, second]),
+            _ => None,
+        }
     }
 
     /// The same, checked for gross mistakes and made ready.

@@ -3,7 +3,8 @@
 //!
 //! Layers, bottom up: [`channel`] is the table of what a log may hold; [`log`] reads one from files of
 //! any format and clock; [`campaign`] reads several with the model beside them; [`noise`],
-//! [`clock`], [`register`] find what the files do not state: noise, clocks, where a tracker stands.
+//! [`clock`], [`register`] find what the files do not state: noise, clocks, where a tracker stands; [`pair`] compares two logs with
+//! each other.
 //! Left out: what a model says of them.
 //!
 //! ```no_run
@@ -27,6 +28,7 @@ mod kind;
 pub mod log;
 pub mod noise;
 pub mod outlier;
+pub mod pair;
 pub mod rates;
 pub mod register;
 pub mod resample;

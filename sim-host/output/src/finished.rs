@@ -22,6 +22,7 @@ use trueweld_evaluate::tune::{TunedController, TunedLaw, Tuning};
 use trueweld_evaluate::{StepFigures, WeldFigures};
 use trueweld_logs::log::Log;
 use trueweld_logs::log::import::Proposal;
+use trueweld_logs::pair::LogPair;
 use trueweld_plant::input::{ModelFile, Posterior};
 use trueweld_plant::provenance::Provenance;
 use trueweld_plant::simulate::Recording;
@@ -128,6 +129,17 @@ pub struct CompareReport<'a> {
     pub model: &'a Path,
     /// What was found.
     pub comparison: &'a Comparison,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+/// Two logs that were compared with each other.
+#[derive(Debug, Clone, Copy)]
+pub struct CompareLogsReport<'a> {
+    /// The first and the second log.
+    pub logs: &'a [Log; 2],
+    /// By how much they differ.
+    pub pair: &'a LogPair,
     /// What the result is of.
     pub provenance: &'a Provenance,
 }

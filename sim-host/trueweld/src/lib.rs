@@ -74,6 +74,7 @@
 mod cell;
 mod certify;
 mod compare;
+mod compare_logs;
 mod diagnose;
 mod fixture;
 mod identify;
@@ -90,6 +91,7 @@ pub use certify::{
     CertifyOptions, PreparedCertification, RequirementsFile, StartedCertification, certify,
 };
 pub use compare::compare;
+pub use compare_logs::{ComparedPair, compare_logs};
 pub use diagnose::{CellDiagnosis, DiagnoseOptions, DiagnoseTask, diagnose};
 pub use fixture::{Embedded, read_input};
 pub use identify::identify;

@@ -214,7 +214,7 @@ pub fn measured_provenance(command: &str, model: &ModelFile, logs: &[Log]) -> Re
 }
 
 /// Digests of the files of logs, each file once.
-fn log_digests(role: &str, logs: &[Log]) -> Result<Vec<FileDigest>> {
+pub(crate) fn log_digests(role: &str, logs: &[Log]) -> Result<Vec<FileDigest>> {
     let mut paths: Vec<&PathBuf> = Vec::new();
     for path in logs.iter().flat_map(|log| &log.files) {
         if !paths.contains(&path) {

@@ -392,8 +392,8 @@ impl Log {
     }
 }
 
-/// The longest of the pieces of a log.
-fn longest(pieces: Vec<Log>) -> Log {
+/// The longest of the pieces of a log, of which there is at least one.
+pub fn longest(pieces: Vec<Log>) -> Log {
     let notices = pieces.iter().flat_map(|p| p.notices.clone()).collect();
     let longest = pieces.into_iter().max_by_key(|log| log.samples.len());
     let mut log = longest.expect("a log has a piece");

@@ -66,7 +66,7 @@ impl NoiseLevels {
     }
 
     /// Of the columns of a channel; none of one that has no noise.
-    pub(super) fn of(&self, channel: LogChannel) -> Vec<Option<NoiseLevel>> {
+    pub(crate) fn of(&self, channel: LogChannel) -> Vec<Option<NoiseLevel>> {
         let mut all = *self;
         let found = all.channels_mut().into_iter().find(|(of, _)| *of == channel);
         found.map_or(Vec::new(), |(_, levels)| levels.to_vec())

@@ -6,6 +6,7 @@
 pub(crate) mod certify;
 mod check;
 pub(crate) mod compare;
+pub(crate) mod compare_logs;
 pub(crate) mod diagnose;
 mod discover;
 mod effects;

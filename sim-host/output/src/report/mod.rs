@@ -2,6 +2,7 @@
 
 mod certify;
 mod compare;
+mod compare_logs;
 mod diagnose;
 mod discover;
 mod error_fall;
@@ -125,6 +126,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         of(crate::StudyPaperReport::json),
         of(crate::StudySensitivityReport::json),
         of(crate::CompareReport::json),
+        of(crate::CompareLogsReport::json),
         of(crate::DiagnoseReport::json),
         of(crate::ImproveReport::json),
         of(crate::RecordReport::json),

@@ -3,6 +3,7 @@
 
 pub(crate) mod certify;
 pub(crate) mod compare;
+pub(crate) mod compare_logs;
 pub(crate) mod control;
 pub(crate) mod curve;
 pub(crate) mod diagnose;
