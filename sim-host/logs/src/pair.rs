@@ -92,7 +92,7 @@ pub struct FollowedDifference {
 pub enum DifferenceVariable {
     /// Time, from the log's begin to its end.
     Time,
-    /// The column's own value in the first log.
+    /// The column's own value, the mean of both logs.
     Value,
     /// The direction of a joint's motion, from standing to moving; the joint from 0.
     Direction(usize),
@@ -137,7 +137,7 @@ const SAME_POSTURE: f64 = 0.02;
 const SAME_LOAD: f64 = 0.02;
 
 /// Share of the path's extent that two drives of one program are apart at most.
-const SAME_MOTION_SHARE: f64 = 0.05;
+const SAME_MOTION_SHARE: f64 = 0.01;
 
 /// Stretches whose means tell how sure a mean is, and half a 95 % interval of Student's distribution
 /// with the freedom that they leave.
@@ -440,7 +440,8 @@ impl Matching<'_> {
         let count = off.len();
         let square = off.iter().map(|d| d * d).sum::<f64>();
         let largest = off.iter().zip(&series).max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
-        let values: Vec<f64> = series.iter().map(|[_, a, _]| *a).collect();
+        // Of both logs: the noise of one alone would follow itself.
+        let values: Vec<f64> = series.iter().map(|[_, a, b]| 0.5 * (a + b)).collect();
         let own = [(DifferenceVariable::Value, values)];
         let of_rows = |all: &[f64]| at.iter().map(|k| all[*k]).collect::<Vec<_>>();
         let others = variables.iter().filter(|(of, _)| of.is_of(column));
@@ -570,6 +571,13 @@ fn followed(
     (share >= FOLLOWED_SHARE_MIN).then_some(FollowedDifference { of, share, size })
 }
 
+impl ColumnDifference {
+    /// How many times the noise the difference is; `None` where that is not known.
+    pub fn score(&self) -> Option<f64> {
+        self.noise.filter(|noise| *noise > 0.0).map(|noise| self.rms / noise)
+    }
+}
+
 impl ChannelDifference {
     /// Root mean square over its columns, in the unit.
     pub fn rms(&self) -> f64 {
@@ -581,7 +589,7 @@ impl ChannelDifference {
         self.root(|column| column.noise)
     }
 
-    /// How many times the noise the difference is.
+    /// How many times the noise the difference is; `None` where that is not known.
     pub fn score(&self) -> Option<f64> {
         self.noise().filter(|noise| *noise > 0.0).map(|noise| self.rms() / noise)
     }

@@ -112,7 +112,7 @@ result! {
 result! {
     /// What a difference follows.
     FollowedVariable of (followed: &FollowedDifference, report: &CompareLogsReport<'_>) {
-        /// `time`, `value` (the column's own in the first log), `direction` of a joint's motion, or
+        /// `time`, `value` (the column's own, the mean of both logs), `direction` of a joint's motion, or
         /// `payload`.
         variable: String = match followed.of {
             DifferenceVariable::Time => "time",

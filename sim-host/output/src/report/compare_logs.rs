@@ -46,7 +46,11 @@ impl CompareLogsReport<'_> {
             (words(""), &|(channel, column)| {
                 let name =
                     format!("{} {}", channel.channel.name(), column_name(channel, column, robot));
-                words(name).tone(if exceeds_noise(channel) { Tone::Strong } else { Tone::Plain })
+                words(name).tone(if exceeds_noise(channel.score()) {
+                    Tone::Strong
+                } else {
+                    Tone::Plain
+                })
             }),
             (number("RMS"), &|row| number(scale(&row).quantity(row.1.rms))),
             (number("largest"), &|row| number(scale(&row).quantity(row.1.largest.0))),
@@ -58,11 +62,10 @@ impl CompareLogsReport<'_> {
                 number(row.1.noise.map_or("not known".to_owned(), |n| scale(&row).quantity(n)))
             }),
             (number("ratio"), &|row| {
-                let ratio = row.1.noise.map(|noise| row.1.rms / noise);
-                number(ratio.map_or(String::new(), |ratio| fixed(ratio, 2)))
+                number(row.1.score().map_or(String::new(), |ratio| fixed(ratio, 2)))
             }),
             (words("beside the mean"), &|row| {
-                let told = row.1.follows.as_ref();
+                let told = row.1.follows.as_ref().filter(|_| exceeds_noise(row.1.score()));
                 let told = told.map(|f| format!("{} {}", share(f.share), of(f, scale(&row), self)));
                 words(told.unwrap_or_default())
             }),

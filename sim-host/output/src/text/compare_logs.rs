@@ -25,8 +25,8 @@ pub(crate) fn column_name(
 }
 
 /// True where noise is known and makes no such difference.
-pub(crate) fn exceeds_noise(channel: &ChannelDifference) -> bool {
-    channel.score().is_some_and(|score| score > NOISE_FLOOR_SCORE)
+pub(crate) fn exceeds_noise(score: Option<f64>) -> bool {
+    score.is_some_and(|score| score > NOISE_FLOOR_SCORE)
 }
 
 /// The finding in a sentence or two.
@@ -35,10 +35,10 @@ pub(crate) fn headline(report: &CompareLogsReport<'_>) -> String {
     let names = |of: &dyn Fn(&&ChannelDifference) -> bool| -> Vec<&str> {
         channels.iter().filter(|c| of(c)).map(|c| c.channel.name()).collect()
     };
-    let same = names(&|c| c.score().is_some() && !exceeds_noise(c));
+    let same = names(&|c| c.score().is_some() && !exceeds_noise(c.score()));
     let untold = names(&|c| c.score().is_none());
     let mut differing: Vec<&ChannelDifference> =
-        channels.iter().filter(|c| exceeds_noise(c)).collect();
+        channels.iter().filter(|c| exceeds_noise(c.score())).collect();
     differing.sort_by(|a, b| b.score().unwrap_or(0.0).total_cmp(&a.score().unwrap_or(0.0)));
     let mut parts = Vec::new();
     match differing.first() {
