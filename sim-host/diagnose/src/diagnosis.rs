@@ -10,11 +10,10 @@ use crate::found::{
 };
 use crate::gate::{HeldOutGain, may_be_named};
 use crate::gross_calibration::gross_calibration;
-use crate::log_evidence::RivalNoise;
+use crate::log_evidence::{DECISIVE, RivalNoise, exceeds_noise, is_significant};
 use crate::mountings::{self, Mountings};
 use crate::rules::{
-    self, exceeds_noise, excess_chi_square, held_out_score, is_significant, noise_chi_square,
-    score, within_noise,
+    self, excess_chi_square, held_out_score, noise_chi_square, score, within_noise,
 };
 use crate::screen::{EffectLimit, ScreenedEffect, SearchContext, likeliest, screen};
 use crate::search::{self, Explained, evaluate_uncalibrated, fit_all, fit_calibrations};
@@ -102,7 +101,7 @@ pub struct Candidate {
     /// How likely this explanation is, given the data and the library.
     pub probability: f64,
     /// Evidence for it against none: the difference of the log scores on held-out blocks, less the
-    /// logarithm of how many were tried, nats.
+    /// logarithm of how many the library proposes, places and shapes, nats.
     pub evidence: f64,
     /// Share of what was above the floor that is still there.
     pub left: f64,
@@ -290,9 +289,7 @@ pub fn diagnose(
     }));
     progress("weighing the evidence", 0.92);
     let unexplained = |at: &Residuals| localize(&problem.logs, at, logs);
-    let told = |chosen: &[Fitted]| {
-        conclude(&ctx, (&before, held), &singles, chosen, screened.len(), &unexplained)
-    };
+    let told = |chosen: &[Fitted]| conclude(&ctx, (&before, held), &singles, chosen, &unexplained);
     let (mut diagnosed, stands) = told(&chosen);
     if !stands {
         diagnosed = told(&[]).0;
@@ -442,7 +439,6 @@ fn conclude(
     (before, held): (&Residuals, f64),
     singles: &[Fitted],
     chosen: &[Fitted],
-    tried: usize,
     unexplained: &dyn Fn(&Residuals) -> Vec<Finding>,
 ) -> (Diagnosed, bool) {
     let SearchContext { problem, blocks, null, .. } = *ctx;
@@ -474,9 +470,8 @@ fn conclude(
     };
     let mut candidates: Vec<(Candidate, Fitted)> = singles.iter().map(candidate).collect();
     candidates.sort_by_key(|(candidate, _)| !candidate.may_be_named);
-    // What it costs to say nothing: with calibrations as they are, or, where a calibration is the
-    // answer, with none.
-    let mut nothing = null.cost;
+    // What it costs to say nothing where a calibration is the answer: with none.
+    let mut nothing = None;
     // A single calibration that is all there is to say is the answer, or the one that is no
     // calibration any more. Where each log has its own it is the laboratory's doing, not the cell's.
     let beyond: Vec<&FittedEffect> = calibration.iter().filter(|f| f.is_implausible()).collect();
@@ -497,7 +492,7 @@ fn conclude(
         && calibration.iter().any(|f| is_named(f, name) && f.is_told_from_nothing())
     {
         verdict = DiagnosisVerdict::EffectFound;
-        nothing = without;
+        nothing = Some(without);
         // What was tried beside all calibrations has no place beside one of them: none of it
         // counts.
         let given = [score_before, excess_chi_square(problem, before).max(1.0)];
@@ -527,7 +522,7 @@ fn conclude(
         candidates.insert(0, of_calibration(&improved, named));
     }
     let (mut candidates, fits): (Vec<Candidate>, Vec<Fitted>) = candidates.into_iter().unzip();
-    weigh(ctx, (&mut candidates, &fits), nothing, tried, verdict);
+    weigh(ctx, (&mut candidates, &fits), nothing, verdict);
     if verdict == DiagnosisVerdict::EffectFound {
         let any: f64 = candidates.iter().map(|c| c.probability).sum();
         // That a calibration is off shows in the model as it was given; which one is the question.
@@ -626,58 +621,55 @@ fn is_of_registration(problem: &FitProblem, id: &str) -> bool {
 }
 
 /// Probabilities among the explanations, given with their fits, and which of them the data do not
-/// tell apart. `nothing`: what it costs to have none.
+/// tell apart. `nothing`: what it costs to have none, where that is not the calibrations alone.
 fn weigh(
     ctx: &SearchContext<'_>,
     (candidates, fits): (&mut [Candidate], &[Fitted]),
-    nothing: f64,
-    tried: usize,
+    nothing: Option<f64>,
     verdict: DiagnosisVerdict,
 ) {
-    let costs: Vec<f64> = fits.iter().map(|fitted| ctx.owed_cost(fitted)).collect();
     let Some(first) = fits.first() else {
         return;
     };
-    let (best, noise) = (costs[0], noise_chi_square(ctx.problem).max(1.0));
-    // What is left above the floor says how far the sum of squares can be trusted.
-    let inflation = rules::variance_inflation(first);
-    let noise_left = RivalNoise::left_by(ctx.problem, ctx.blocks, ctx.null, first);
+    let noise_left = RivalNoise::left_by(ctx.problem, &first.residuals);
+    let before = ctx.null.residuals_from_others(ctx.blocks);
     for (candidate, fitted) in candidates.iter_mut().zip(fits) {
-        candidate.evidence = noise_left.gain(fitted) - (tried.max(1) as f64).ln();
+        candidate.evidence = noise_left.evidence(ctx.blocks, (ctx.null, &before), fitted);
     }
-    let weight = |cost: f64| (-0.5 * (cost - best).max(0.0) / inflation).exp();
-    // What may not be named is no explanation. Where it fits better than they do by more than a tie,
-    // "none of these" is the likelier.
-    let unnamed = |cost: f64| match best - cost {
-        better if better > rules::TIED * inflation => (0.5 * better / inflation).exp(),
-        _ => 0.0,
-    };
-    let weights: Vec<f64> = candidates
-        .iter()
-        .zip(&costs)
-        .map(|(c, cost)| if c.may_be_named { weight(*cost) } else { unnamed(*cost) })
-        .collect();
-    // "None of these" stands beside them: with the calibrations alone, and with what the best
-    // leaves above the floor. Of many that are tried one fits well by chance.
+    let named = || candidates.iter().filter(|c| c.may_be_named).map(|c| c.evidence);
+    let best = named().fold(f64::NEG_INFINITY, f64::max);
+    let best = if best.is_finite() { best } else { candidates[0].evidence };
+    // "None of these" stands beside them: with the calibrations alone, to which evidence is relative.
+    let none = nothing.map_or(0.0, |nothing| {
+        let worse = (nothing - ctx.owed_cost(first)) / rules::variance_inflation(first);
+        candidates[0].evidence - 0.5 * worse
+    });
     let none = match verdict {
-        DiagnosisVerdict::Adequate => (weight(nothing) * tried as f64).max(1.0),
-        _ => weight(nothing) * tried as f64,
+        DiagnosisVerdict::Adequate => none.max(best),
+        _ => none,
     };
-    let sum: f64 = weights.iter().sum::<f64>() + none;
+    // What may not be named is no explanation. Where it predicts better than they do by more than a
+    // tie, "none of these" is the likelier.
+    let weight = |c: &Candidate| match c.may_be_named || c.evidence > best + DECISIVE {
+        true => (c.evidence - best).exp(),
+        false => 0.0,
+    };
+    let weights: Vec<f64> = candidates.iter().map(weight).collect();
+    let sum: f64 = weights.iter().sum::<f64>() + (none - best).exp();
+    // What is left above the floor says how far the evidence can be trusted.
+    let left = fit::chi_square(&first.residuals) / noise_chi_square(ctx.problem).max(1.0);
     let ceiling = match verdict {
         DiagnosisVerdict::UnknownEffect => 0.5,
-        _ => 1.0 - (fit::chi_square(&first.residuals) / noise - 1.0).clamp(0.0, 0.5),
+        _ => 1.0 - (left - 1.0).clamp(0.0, 0.5),
     };
     // A faint effect may be another one that looks alike.
-    let near_limit =
-        (rules::GAIN_AT_THREE_LIMITS / (nothing - best).max(rules::GAIN_AT_THREE_LIMITS)).sqrt();
+    let gained = 2.0 * (best - none).max(0.0);
+    let near_limit = (rules::GAIN_AT_THREE_LIMITS / gained.max(rules::GAIN_AT_THREE_LIMITS)).sqrt();
     let ceiling = ceiling * (1.0 - rules::LOOKS_ALIKE * near_limit);
-    let named: Vec<bool> = candidates.iter().map(|c| c.may_be_named).collect();
+    let all: Vec<(bool, f64)> = candidates.iter().map(|c| (c.may_be_named, c.evidence)).collect();
     for (k, c) in candidates.iter_mut().enumerate() {
         c.probability = if c.may_be_named { weights[k] / sum * ceiling } else { 0.0 };
-        c.indistinguishable = (0..costs.len())
-            .filter(|j| *j != k && named[*j])
-            .filter(|j| (costs[*j] - costs[k]).abs() < rules::TIED * inflation)
-            .collect();
+        let tied = |j: &usize| *j != k && all[*j].0 && (all[*j].1 - c.evidence).abs() < DECISIVE;
+        c.indistinguishable = (0..all.len()).filter(tied).collect();
     }
 }

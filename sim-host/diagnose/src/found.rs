@@ -304,22 +304,35 @@ fn turns(problem: &FitProblem, fitted: &Fitted, effect: &Effect) -> Option<f64> 
         Role::Order | Role::Wavelength => Some((parameter.role, value)),
         _ => None,
     })?;
-    let motions = problem.logs.iter().zip(&fitted.residuals);
-    let motions = motions.filter_map(|(e, at)| Some((e.kind, at.motion.as_deref()?)));
     match (role, effect.at) {
         (Role::Order, Location::Joint(joint)) => {
-            let angles = motions.flat_map(|(_, motion)| motion.link.iter().map(|link| link[joint]));
+            let angles = joint_angles(fitted, joint);
             let part = |angle: f64| (TURN_PARTS * value * angle / TAU).floor() as i64;
             let parts: BTreeSet<i64> = angles.map(part).collect();
             (!parts.is_empty()).then_some(parts.len() as f64 / TURN_PARTS)
         }
         (Role::Wavelength, _) => {
-            let welds = motions.filter(|(kind, _)| *kind == LogKind::Weld);
-            let longest = welds.filter_map(|(_, motion)| length(motion)).reduce(f64::max);
+            let logs = problem.logs.iter().zip(&fitted.residuals);
+            let welds = logs.filter(|(log, _)| log.kind == LogKind::Weld);
+            let motions = welds.filter_map(|(_, at)| at.motion.as_deref());
+            let longest = motions.filter_map(length).reduce(f64::max);
             longest.map(|length| length / value)
         }
         _ => None,
     }
+}
+
+/// Angles that a joint's link was in, over all logs, rad.
+fn joint_angles(fitted: &Fitted, joint: usize) -> impl Iterator<Item = f64> + '_ {
+    let motions = fitted.residuals.iter().filter_map(|at| at.motion.as_deref());
+    motions.flat_map(move |motion| motion.link.iter().map(move |link| link[joint]))
+}
+
+/// From the least to the largest angle that a joint's link was in, over all logs, rad.
+pub(crate) fn joint_range(fitted: &Fitted, joint: usize) -> f64 {
+    let ends = [f64::INFINITY, f64::NEG_INFINITY];
+    let [low, high] = joint_angles(fitted, joint).fold(ends, |[l, h], q| [l.min(q), h.max(q)]);
+    (high - low).max(0.0)
 }
 
 /// Distance from where a tool begins to where it ends, m.

@@ -3,7 +3,8 @@
 //! and a channel that changes with it.
 
 use super::found::{FittedEffect, OF_BLOCKS};
-use super::rules::{evidence_weights, exceeds_noise, prior_penalty};
+use super::log_evidence::is_significant;
+use super::rules::{evidence_weights, prior_penalty};
 use trueweld_estimate::fit::{BLOCKS, FitProblem, Fitted};
 
 /// True where `effects`, which `after` has and `before` has not, may be named. `before`: the
@@ -17,7 +18,7 @@ pub(crate) fn may_be_named(
     let left = [before, after].map(|fitted| fitted.residuals_from_others(blocks));
     !effects.is_empty()
         && effects.iter().all(FittedEffect::is_told_from_nothing)
-        && exceeds_noise(problem, &before.residuals, &after.residuals)
+        && is_significant(problem, before, after)
         && HeldOutGain::of(
             problem,
             blocks,

@@ -2,7 +2,8 @@
 //! softer than its file says. What is expected of calibrations holds each of them small, so that an
 //! effect, or several others that act as it does, would be named in its place.
 
-use super::rules::{self, is_significant, within_noise};
+use super::log_evidence::is_significant;
+use super::rules::{self, within_noise};
 use nalgebra::DVector;
 use rayon::prelude::*;
 use trueweld_estimate::fit::calibration::is_calibration;

@@ -15,6 +15,7 @@ use crate::discover::{self, Discovery, discover};
 use crate::errors::{errors_from_others, errors_of};
 use crate::found::{FittedEffect, found_beside, found_by_what_is_left, inflate_noise};
 use crate::gate::HeldOutGain;
+use crate::log_evidence::exceeds_noise;
 use crate::rules::{self, parts, score};
 use crate::screen::SearchContext;
 use crate::search::{add_each_effect, refit};
@@ -496,7 +497,7 @@ impl ImprovementPath<'_> {
             }
         };
         (full.is_some() || added.iter().all(FittedEffect::is_told_from_nothing))
-            && rules::exceeds_noise(self.problem, before, &fitted.residuals)
+            && exceeds_noise(self.problem, before, &fitted.residuals)
             && gain.is_more_than_chance()
     }
 

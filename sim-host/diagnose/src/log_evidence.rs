@@ -8,39 +8,38 @@
 //! a thousand times the noise is judged as one that is wrong by little. Vehtari, Gelman and Gabry
 //! 2017 (held-out log scores); Newey and West 1987 (long-run variance).
 
+use crate::found::joint_range;
 use crate::rules::{evidence_weights, prior_penalty};
+use crate::screen::{HIGHEST_ORDER, alternatives_of, screened_kinds};
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use trueweld_estimate::fit::calibration::is_calibration;
 use trueweld_estimate::fit::covariance::{columns, long_run_ratios};
-use trueweld_estimate::fit::{FitProblem, Fitted};
-use trueweld_estimate::predict::ComparedQuantity;
+use trueweld_estimate::fit::{self, FitProblem, Fitted, Residuals};
+use trueweld_estimate::predict::{ComparedQuantity, PreparedLog};
+use trueweld_plant::effects::{Effect, Location, Parameter, Role};
+
+/// Evidence from which on an explanation counts, nats: a hundred to one, which is called decisive
+/// (Jeffreys 1961; Kass and Raftery 1995).
+pub(crate) const DECISIVE: f64 = 4.605;
 
 /// Standard error of a noise that is stated, and of one that was read off a recording, as shares: makers
 /// state one to two digits; a spectrum's upper half holds a few independent values a column at least.
 const STATED_NOISE_ERROR: f64 = 0.03;
 const ESTIMATED_NOISE_ERROR: f64 = 0.25;
 
-/// What rivals are judged against and by: a null, and the noise, as what one unit of squared residual
-/// counts for, by log and value.
+/// What rivals are judged by: what one unit of squared residual counts for, by log and value.
 pub(crate) struct RivalNoise<'p> {
     problem: &'p FitProblem,
-    blocks: &'p [Vec<u8>],
     precision: Vec<Vec<f64>>,
-    null: &'p Fitted,
-    /// What the null leaves of blocks that were left out.
-    before: Vec<Vec<f64>>,
 }
 
 impl<'p> RivalNoise<'p> {
-    /// Of what `best` leaves, beside `null`.
-    pub(crate) fn left_by(
-        problem: &'p FitProblem,
-        blocks: &'p [Vec<u8>],
-        null: &'p Fitted,
-        best: &Fitted,
-    ) -> Self {
+    /// Of what the best rival leaves.
+    pub(crate) fn left_by(problem: &'p FitProblem, best: &Residuals) -> Self {
         let columns = columns(problem);
-        let of_log = |(log, experiment): (usize, &trueweld_estimate::predict::PreparedLog)| {
-            let left = &best.residuals[log].residual;
+        let of_log = |(log, experiment): (usize, &PreparedLog)| {
+            let left = &best[log].residual;
             let weights = evidence_weights(&experiment.compared);
             let ratios = long_run_ratios(&columns[log], left);
             let mut sums: BTreeMap<(ComparedQuantity, u8), (f64, f64)> = BTreeMap::new();
@@ -64,19 +63,74 @@ impl<'p> RivalNoise<'p> {
             };
             (0..left.len()).map(of_value).collect()
         };
-        let precision = problem.logs.iter().enumerate().map(of_log).collect();
-        Self { problem, blocks, precision, null, before: null.residuals_from_others(blocks) }
+        Self { problem, precision: problem.logs.iter().enumerate().map(of_log).collect() }
     }
 
-    /// By how much `fitted` predicts blocks better that were left out than the null does, as the
-    /// difference of their log scores.
-    pub(crate) fn gain(&self, fitted: &Fitted) -> f64 {
-        let after = fitted.residuals_from_others(self.blocks);
-        let mut fall = -prior_penalty(&self.null.residuals, &fitted.residuals);
+    /// By how much `after` predicts better than `before`, residuals log by log, as the difference of
+    /// their log scores. `penalty`: the part of the fall of the sum of squares that is no evidence.
+    fn gain(&self, [before, after]: [&[Vec<f64>]; 2], penalty: f64) -> f64 {
+        let mut fall = -penalty;
         for log in 0..self.problem.logs.len() {
-            let pairs = self.before[log].iter().zip(&after[log]).zip(&self.precision[log]);
+            let pairs = before[log].iter().zip(&after[log]).zip(&self.precision[log]);
             fall += pairs.map(|((b, a), precision)| precision * (b * b - a * a)).sum::<f64>();
         }
         0.5 * fall
     }
+
+    /// Evidence for what `fitted` has and `null` has not, nats. `before`: what the null leaves of blocks
+    /// that were left out.
+    pub(crate) fn evidence(
+        &self,
+        blocks: &[Vec<u8>],
+        (null, before): (&Fitted, &[Vec<f64>]),
+        fitted: &Fitted,
+    ) -> f64 {
+        let after = fitted.residuals_from_others(blocks);
+        let penalty = prior_penalty(&null.residuals, &fitted.residuals);
+        self.gain([before, &after], penalty) - price(self.problem, null, fitted)
+    }
+}
+
+/// True where a fit with more effects than another explains more than chance makes of any that were
+/// tried, on blocks that were left out.
+pub(crate) fn is_significant(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> bool {
+    let blocks = fit::blocks_of(problem);
+    let before = null.residuals_from_others(&blocks);
+    let noise = RivalNoise::left_by(problem, &fitted.residuals);
+    noise.evidence(&blocks, (null, &before), fitted) > DECISIVE
+}
+
+/// The same of residuals as they are, of two models that were not fitted to them by more than a few
+/// values.
+pub(crate) fn exceeds_noise(problem: &FitProblem, before: &Residuals, after: &Residuals) -> bool {
+    let plain = |at: &Residuals| at.iter().map(|log| log.residual.clone()).collect::<Vec<_>>();
+    let penalty = prior_penalty(before, after);
+    RivalNoise::left_by(problem, after).gain([&plain(before), &plain(after)], penalty) > DECISIVE
+}
+
+/// Description of what one fit has more than another, nats: the logarithm of how many the library
+/// proposes, places and shapes.
+fn price(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> f64 {
+    let proposed = screened_kinds(problem).count().max(1) as f64;
+    let name = |effect: &Effect| (effect.kind.id, effect.at);
+    let mut known: Vec<_> = null.point.shared.iter().map(name).collect();
+    let mut is_new = |effect: &&Effect| {
+        let own = known.iter().position(|known| *known == name(effect));
+        own.inspect(|k| drop(known.swap_remove(*k))).is_none()
+    };
+    let effects = fitted.point.shared.iter().filter(|effect| !is_calibration(effect.kind));
+    let new = effects.filter(|effect| is_new(effect));
+    new.map(|effect| proposed.ln() + shape_price(fitted, effect)).sum()
+}
+
+/// The logarithm of how many shapes of an effect are told apart.
+fn shape_price(fitted: &Fitted, effect: &Effect) -> f64 {
+    let of_parameter = |parameter: &Parameter| match (parameter.role, effect.at) {
+        // Half a turn of phase over the angles that the joint was in tells two orders apart.
+        (Role::Order, Location::Joint(joint)) => {
+            1.0 + parameter.high.min(HIGHEST_ORDER) * joint_range(fitted, joint) / PI
+        }
+        (role, _) => alternatives_of(role) as f64,
+    };
+    effect.kind.parameters.iter().map(|parameter| of_parameter(parameter).ln()).sum()
 }

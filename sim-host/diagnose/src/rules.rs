@@ -1,6 +1,6 @@
-//! Rules of decision. Their numbers come from the corpus in `tests/`, but for `PLENTIFUL_GAIN`,
-//! `VISIBLE_IN_COLUMN`, `TOO_FAR` and `COMMAND_HOLD_SHARE`: those were set with recorded campaigns
-//! in view, and then held against the corpus.
+//! Rules of decision beside the evidence. Their numbers come from the corpus in `tests/`, but for
+//! `TOO_FAR` and `COMMAND_HOLD_SHARE`: those were set with recorded campaigns in view, and then held
+//! against the corpus.
 
 use std::collections::BTreeMap;
 use trueweld_estimate::AUTOCORRELATION_INFLATION;
@@ -10,16 +10,6 @@ use trueweld_estimate::residuals::finding::NOISE_FLOOR_SCORE;
 
 /// Fall of the held-out sum of squares that chance does not reach among some hundred hypotheses.
 pub const GAIN: f64 = 30.0;
-/// Share of what the blocks that get better win that the others may lose.
-pub(crate) const HELD_OUT_LOSS_SHARE_MAX: f64 = 0.3;
-/// Fall of the held-out sum of squares from which on losses elsewhere are no sign of chance.
-pub(crate) const PLENTIFUL_GAIN: f64 = 1000.0;
-/// Fall of one channel's sum of squares below which its noise is not known well enough, as a share.
-pub const VISIBLE: f64 = 0.08;
-/// The same where noise was stated and all channels together fall by [`AMPLE`].
-pub(crate) const VISIBLE_STATED: f64 = 0.03;
-/// The same of one column, whose own noise is known less well.
-pub(crate) const VISIBLE_IN_COLUMN: f64 = 0.25;
 /// Least share of what is above the floor that an effect must explain.
 pub const EXPLAINED_SHARE_MIN: f64 = 0.1;
 /// Share of what was above the floor that an explanation may leave.
@@ -113,28 +103,16 @@ impl SquareSum {
 fn sums<K: Ord>(
     problem: &FitProblem,
     residuals: &Residuals,
-    weights: impl Fn(&[Compared]) -> Vec<f64>,
     key: impl Fn(usize, &Compared) -> K,
 ) -> BTreeMap<K, SquareSum> {
     let mut sums: BTreeMap<K, SquareSum> = BTreeMap::new();
     for (log, (experiment, prediction)) in problem.logs.iter().zip(residuals).enumerate() {
-        let weights = weights(&experiment.compared);
-        let values = experiment.compared.iter().zip(weights).zip(&prediction.residual);
-        for ((c, weight), r) in values {
+        for (c, r) in experiment.compared.iter().zip(&prediction.residual) {
             let part = sums.entry(key(log, c)).or_default();
-            part.add(&SquareSum {
-                square: weight * r * r,
-                count: 1,
-                stated: usize::from(c.stated),
-            });
+            part.add(&SquareSum { square: r * r, count: 1, stated: usize::from(c.stated) });
         }
     }
     sums
-}
-
-/// Every value counts.
-fn all(compared: &[Compared]) -> Vec<f64> {
-    vec![1.0; compared.len()]
 }
 
 /// What each value of a log counts for as evidence: of n values that are off alike by a share ρ of
@@ -160,16 +138,15 @@ pub fn parts(
     problem: &FitProblem,
     residuals: &Residuals,
 ) -> BTreeMap<(usize, &'static str), SquareSum> {
-    sums(problem, residuals, all, |log, c| (log, c.quantity.channel()))
+    sums(problem, residuals, |log, c| (log, c.quantity.channel()))
 }
 
 /// Sums of squares by log and column; the spindle's orders apart from what is slow.
 fn columns(
     problem: &FitProblem,
     residuals: &Residuals,
-    weights: impl Fn(&[Compared]) -> Vec<f64>,
 ) -> BTreeMap<(usize, &'static str, u8, bool), SquareSum> {
-    sums(problem, residuals, weights, |log, c| {
+    sums(problem, residuals, |log, c| {
         (
             log,
             c.quantity.channel(),
@@ -179,51 +156,11 @@ fn columns(
     })
 }
 
-/// True where a fit explains more than chance does and than the noise is known to.
-pub(crate) fn is_significant(problem: &FitProblem, before: &Fitted, after: &Fitted) -> bool {
-    let (before_out, after_out) = (before.linear.held_out(None), after.linear.held_out(None));
-    let differences = || before_out.iter().zip(&after_out).map(|(b, a)| b - a);
-    // A block that is left out tells where links lie in their gaps all the same, noise with it.
-    let gained = differences().filter(|d| *d > 0.0).sum::<f64>()
-        - prior_penalty(&before.residuals, &after.residuals);
-    let lost: f64 = -differences().filter(|d| *d < 0.0).sum::<f64>();
-    if gained - lost < GAIN
-        || (lost > HELD_OUT_LOSS_SHARE_MAX * gained && gained - lost < PLENTIFUL_GAIN)
-    {
-        return false;
-    }
-    let falls = fit::chi_square(&before.residuals) - fit::chi_square(&after.residuals);
-    falls >= EXPLAINED_SHARE_MIN * excess_chi_square(problem, &before.residuals)
-        && exceeds_noise(problem, &before.residuals, &after.residuals)
-}
-
 /// Fall of the sum of squares from one model to another that is no evidence: links that are put where
 /// they were seen are put there noise and all.
 pub(crate) fn prior_penalty(before: &Residuals, after: &Residuals) -> f64 {
     let free_play_term = |at: &Residuals| at.iter().map(|p| p.free_play_term).sum::<f64>();
     free_play_term(after) - free_play_term(before)
-}
-
-/// True where the sum of squares of some channel, or of one of its columns, falls by more than its
-/// noise is known to.
-pub(crate) fn exceeds_noise(problem: &FitProblem, before: &Residuals, after: &Residuals) -> bool {
-    let [before, after] = [before, after].map(|at| columns(problem, at, evidence_weights));
-    let sum = |all: &BTreeMap<_, SquareSum>| all.values().map(|part| part.square).sum::<f64>();
-    let ample = sum(&before) - sum(&after) > AMPLE;
-    let mut channels: BTreeMap<(usize, &'static str, bool), (SquareSum, f64)> = BTreeMap::new();
-    let mut seen = false;
-    for (key @ (log, channel, _, ripple), column) in &before {
-        let fall = column.square - after.get(key).map_or(column.square, |p| p.square);
-        let of_channel = channels.entry((*log, channel, *ripple)).or_default();
-        of_channel.0.add(column);
-        of_channel.1 += fall;
-        seen |= fall > VISIBLE_IN_COLUMN * column.square && fall > 0.5 * GAIN;
-    }
-    let is_seen = |(part, fall): &(SquareSum, f64)| {
-        let visible = if ample && part.stated == part.count { VISIBLE_STATED } else { VISIBLE };
-        *fall > visible * part.square && *fall > 0.5 * GAIN
-    };
-    seen || channels.values().any(is_seen)
 }
 
 /// Sum of squares that noise may make, as far as it is known.
@@ -248,5 +185,5 @@ pub(crate) fn noise_excess(problem: &FitProblem, residuals: &Residuals) -> f64 {
         let count = p.count as f64;
         (p.square - count * (SURELY_ABOVE.powi(2) + 6.0 * (2.0 / count).sqrt())).max(0.0)
     };
-    columns(problem, residuals, all).values().map(above).sum()
+    columns(problem, residuals).values().map(above).sum()
 }

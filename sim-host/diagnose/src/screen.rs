@@ -51,6 +51,17 @@ const POSITIONS: [f64; 11] = [0.08, 0.17, 0.25, 0.33, 0.42, 0.5, 0.58, 0.67, 0.7
 /// Orders of the spindle that are looked for.
 const SPINDLE_ORDERS: [f64; 6] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
 
+/// How many values of a parameter are told apart by trying; 1 of one that is solved for.
+pub(crate) fn alternatives_of(role: Role) -> usize {
+    match role {
+        Role::Shape(starts) | Role::Position { starts, .. } => starts.len().max(1),
+        Role::SpindleOrder => SPINDLE_ORDERS.len(),
+        Role::Wavelength => WAVES.len(),
+        Role::PathPosition => POSITIONS.len(),
+        _ => 1,
+    }
+}
+
 /// Values of its shaping parameters that a hypothesis is screened with.
 fn shapes(kind: &'static EffectKind, length: f64) -> Vec<Vec<(usize, f64)>> {
     let mut all = vec![Vec::new()];
@@ -306,7 +317,7 @@ fn sized((effect, phase): &(Effect, Option<usize>), step: &[f64]) -> Effect {
 
 /// Values of a log that a scan over orders looks at, and the highest order it looks for.
 const SCANNED_VALUES: usize = 3000;
-const HIGHEST_ORDER: f64 = 300.0;
+pub(crate) const HIGHEST_ORDER: f64 = 300.0;
 
 /// The likeliest hypotheses: so many by each of their two starts.
 pub(crate) fn likeliest<'s>(

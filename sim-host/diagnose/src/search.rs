@@ -2,7 +2,8 @@
 
 use super::confuse::Confusable;
 use super::found::{FittedEffect, found_effects};
-use super::rules::{self, is_significant, noise_excess};
+use super::log_evidence::is_significant;
+use super::rules::{self, noise_excess};
 use super::screen::{ScreenedEffect, SearchContext, likeliest, screen};
 use rayon::prelude::*;
 use std::slice;
@@ -381,8 +382,7 @@ fn add_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Option<(Fitted, Fitte
     // What stands out must fall by half at least: a prediction that is not quite right leaves a little
     // for any effect to mend.
     let enough = noise_excess(problem, &more.residuals)
-        <= rules::HALVED * noise_excess(problem, &before.residuals)
-        && fit::chi_square(&before.residuals) - fit::chi_square(&more.residuals) > rules::AMPLE;
+        <= rules::HALVED * noise_excess(problem, &before.residuals);
     if !enough || !is_significant(problem, &before, &more) {
         return None;
     }

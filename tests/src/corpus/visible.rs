@@ -15,6 +15,9 @@ use trueweld_estimate::predict::{Compared, Prediction};
 use trueweld_laboratory::{OutOfLibrary, Recipe};
 use trueweld_plant::effects::{Effect, Location};
 
+/// Share of a channel's sum of squares from which on noise that is not stated is trusted to be known.
+const VISIBLE: f64 = 0.08;
+
 /// How well something shows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Visibility {
@@ -25,7 +28,7 @@ pub struct Visibility {
     pub ratio: f64,
     /// The most that the sum of squares of any channel of any log grows by, over the share from
     /// which on its noise is trusted to be known that well where it is not stated
-    /// ([`rules::VISIBLE`]): below 1 a diagnosis must not believe in it either then.
+    /// ([`VISIBLE`]): below 1 a diagnosis must not believe in it either then.
     pub excess: f64,
 }
 
@@ -109,7 +112,7 @@ impl Context {
         Ok(Visibility {
             size: 1.0,
             ratio: (linear.cost(&step) / rules::GAIN).sqrt(),
-            excess: self.most(&difference) / rules::VISIBLE,
+            excess: self.most(&difference) / VISIBLE,
         })
     }
 

@@ -7,6 +7,7 @@ use super::grammar::{self, FittedFormula};
 use super::hypotheses::{self, Hypothesis};
 use super::screen::{ScreenedCurve, curves, likeliest, ports, surfaces};
 use crate::diagnosis::{Diagnosed, DiagnosisVerdict, ProgressCallback, fits_anything};
+use crate::log_evidence::is_significant;
 use crate::rules;
 use rayon::prelude::*;
 use trueweld_estimate::fit::{FitProblem, Fitted};
@@ -181,7 +182,7 @@ fn laws(
         .par_iter()
         .filter(|_| !problem.is_late())
         .filter_map(|screened| FreeFormLaw::new(context, screened))
-        .filter(|law| rules::is_significant(problem, null, law.fitted()))
+        .filter(|law| is_significant(problem, null, law.fitted()))
         .collect();
     laws.sort_by(|a, b| a.held_out.total_cmp(&b.held_out));
     let Some(least) = laws.first() else {
