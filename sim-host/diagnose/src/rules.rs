@@ -87,15 +87,12 @@ pub struct SquareSum {
     pub square: f64,
     /// Number.
     pub count: usize,
-    /// How many of these have a noise that was stated.
-    pub stated: usize,
 }
 
 impl SquareSum {
     fn add(&mut self, other: &Self) {
         self.square += other.square;
         self.count += other.count;
-        self.stated += other.stated;
     }
 }
 
@@ -109,7 +106,7 @@ fn sums<K: Ord>(
     for (log, (experiment, prediction)) in problem.logs.iter().zip(residuals).enumerate() {
         for (c, r) in experiment.compared.iter().zip(&prediction.residual) {
             let part = sums.entry(key(log, c)).or_default();
-            part.add(&SquareSum { square: r * r, count: 1, stated: usize::from(c.stated) });
+            part.add(&SquareSum { square: r * r, count: 1 });
         }
     }
     sums
