@@ -116,7 +116,7 @@ fn price(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> f64 {
     let mut known: Vec<_> = null.point.shared.iter().map(name).collect();
     let mut is_new = |effect: &&Effect| {
         let own = known.iter().position(|known| *known == name(effect));
-        own.inspect(|k| drop(known.swap_remove(*k))).is_none()
+        own.map(|k| known.swap_remove(k)).is_none()
     };
     let effects = fitted.point.shared.iter().filter(|effect| !is_calibration(effect.kind));
     let new = effects.filter(|effect| is_new(effect));

@@ -10,7 +10,7 @@ use trueweld_logs::pair::{
 
 fn log(name: &str) -> Log {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/campaigns/backlash");
-    Log::read(format!("{folder}/{name}").as_ref()).unwrap()
+    Log::read(format!("{folder}/{name}")).unwrap()
 }
 
 fn columns(channels: &[ChannelDifference]) -> Vec<(LogChannel, &ColumnDifference)> {
