@@ -19,6 +19,7 @@ mod identify;
 mod imports;
 mod information;
 mod intervals;
+mod invariance;
 mod kinematics;
 mod laws;
 mod mistakes;

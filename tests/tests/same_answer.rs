@@ -7,32 +7,20 @@
 use nalgebra::Vector3;
 use std::fs;
 use std::path::Path;
+use trueweld::MeasuredLogs;
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_diagnose::{DiagnosisVerdict, FittedEffect, diagnose};
-use trueweld_estimate::align::align_clocks;
-use trueweld_estimate::fit::FitProblem;
-use trueweld_estimate::log_faults::find;
-use trueweld_estimate::residuals::compare::{baseline, experiments};
 use trueweld_laboratory::{Protocol, Recipe};
 use trueweld_logs::campaign::Campaign;
-use trueweld_plant::input::ModelFile;
 use trueweld_plant::random::Random;
 use trueweld_tests::corpus::in_words;
 use trueweld_tests::raw_files::{PoseForm, raw};
 use trueweld_tests::{LABORATORY, fixture};
 
 /// The answer to a campaign: its best explanations, none where nothing is missing.
-fn answer(folder: &Path) -> Vec<String> {
-    let campaign = Campaign::read(folder).expect("a campaign");
-    let model = ModelFile::read(&campaign.model).expect("a model");
-    let baseline = baseline(&model);
-    let mut logs = campaign.logs;
-    // As the commands do.
-    align_clocks(&mut logs, &baseline).expect("clocks");
-    let found = find(&mut logs, &baseline).expect("plausible");
+pub(crate) fn answer(folder: &Path) -> Vec<String> {
+    let MeasuredLogs { logs, found, problem, .. } = MeasuredLogs::read(folder).expect("a campaign");
     assert!(found.mistakes.is_empty(), "{:?}", found.mistakes);
-    let experiments = experiments(&logs, &baseline).expect("experiments");
-    let problem = FitProblem::new(&model, experiments);
     let diagnosis = diagnose(&problem, &logs, &|_, _| {}).expect("a diagnosis").diagnosis;
     let words = |effects: &[FittedEffect]| -> Vec<String> {
         effects.iter().map(|fitted| in_words(&fitted.effect)).collect()
@@ -55,13 +43,13 @@ fn answer(folder: &Path) -> Vec<String> {
 }
 
 /// Names of the logs of a campaign.
-fn logs(folder: &Path) -> Vec<String> {
+pub(crate) fn logs(folder: &Path) -> Vec<String> {
     let logs = Campaign::list(folder).expect("a campaign").logs;
     logs.into_iter().map(|(name, _)| name).collect()
 }
 
 /// Copies a campaign, all but its held-out part.
-fn copy(from: &Path, to: &Path) {
+pub(crate) fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).expect("a folder");
     for entry in fs::read_dir(from).expect("a folder").map(|entry| entry.expect("an entry")) {
         let (path, there) = (entry.path(), to.join(entry.file_name()));
@@ -76,7 +64,7 @@ fn copy(from: &Path, to: &Path) {
 type Rows = Vec<Vec<f64>>;
 
 /// Rewrites the samples of every log: header and rows in, rows out.
-fn rewrite(folder: &Path, change: &mut dyn FnMut(&str, &[&str], Rows) -> Rows) {
+pub(crate) fn rewrite(folder: &Path, change: &mut dyn FnMut(&str, &[&str], Rows) -> Rows) {
     for name in logs(folder) {
         let file = folder.join(&name).join("samples.csv");
         let text = fs::read_to_string(&file).expect("samples");
@@ -176,7 +164,7 @@ fn same_answer(clean: &Path, hidden: Option<&str>) {
 }
 
 /// A short campaign of an arm on a soft base.
-fn soft_base(geometry_error: f64) -> (tempfile::TempDir, String) {
+pub(crate) fn soft_base(geometry_error: f64) -> (tempfile::TempDir, String) {
     let protocol = Protocol { postures: 6, welds: 0, ..Protocol::short() };
     let hidden = LABORATORY.draw("base-compliance", 1.0, &protocol, 19).expect("drawn");
     let words = in_words(&hidden);
