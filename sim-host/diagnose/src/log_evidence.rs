@@ -43,13 +43,15 @@ impl<'p> RivalNoise<'p> {
             let weights = evidence_weights(&experiment.compared);
             let ratios = long_run_ratios(&columns[log], left);
             let mut sums: BTreeMap<(ComparedQuantity, u8), (f64, f64)> = BTreeMap::new();
-            for ((c, weight), r) in experiment.compared.iter().zip(&weights).zip(left) {
+            for (c, r) in experiment.compared.iter().zip(left) {
                 let sum = sums.entry((c.quantity, c.component)).or_default();
-                *sum = (sum.0 + weight * r * r, sum.1 + weight);
+                *sum = (sum.0 + r * r, sum.1 + 1.0);
             }
-            let mut ratio: Vec<f64> = vec![1.0; left.len()];
+            // How many values count as one: by what they are known to be off alike, or by how they are
+            // seen to follow each other, which is the same seen twice.
+            let mut ratio: Vec<f64> = weights.iter().map(|weight| weight.recip()).collect();
             for column in &columns[log] {
-                column.at.iter().for_each(|k| ratio[*k] = ratios[column.level]);
+                column.at.iter().for_each(|k| ratio[*k] = ratio[*k].max(ratios[column.level]));
             }
             let of_value = |k: usize| {
                 let c = &experiment.compared[k];
@@ -59,7 +61,7 @@ impl<'p> RivalNoise<'p> {
                 let (square, count) = sums[&(c.quantity, c.component)];
                 let worth = count / ratio[k];
                 let variance = (known + square / ratio[k]) / (known + worth);
-                weights[k] / (variance.max(1.0) * ratio[k])
+                1.0 / (variance.max(1.0) * ratio[k])
             };
             (0..left.len()).map(of_value).collect()
         };
