@@ -300,24 +300,30 @@ impl Stateful for FaultyInstruments {
         self.wrenches.iter_mut().try_for_each(|wrench| visitor.wrench(wrench))?;
         let length = visitor.length(self.measurements.len(), MIXED)?;
         self.measurements.resize(length, Vec::new());
-        let unread = DeviationMeasurement {
-            deviation: 0.0,
-            along: Twist::zero(),
-            noise: 0.0,
-            age: 0.0,
-            ahead: 0.0,
-        };
-        for read in &mut self.measurements {
-            let length = visitor.length(read.len(), READINGS_MAX)?;
-            read.resize(length, unread);
-            for m in read {
-                let DeviationMeasurement { deviation, along, noise, age, ahead } = m;
-                visitor.twist(along)?;
-                visitor.scalars([deviation, noise, age, ahead])?;
-            }
-        }
-        Ok(())
+        self.measurements.iter_mut().try_for_each(|read| visit_measurements(read, visitor))
     }
+}
+
+/// Shows the measurements of one period.
+pub(crate) fn visit_measurements(
+    read: &mut Vec<DeviationMeasurement<f64>>,
+    visitor: &mut dyn StateVisitor,
+) -> StateResult {
+    let blank = DeviationMeasurement {
+        deviation: 0.0,
+        along: Twist::zero(),
+        noise: 0.0,
+        age: 0.0,
+        ahead: 0.0,
+    };
+    let length = visitor.length(read.len(), READINGS_MAX)?;
+    read.resize(length, blank);
+    for m in read {
+        let DeviationMeasurement { deviation, along, noise, age, ahead } = m;
+        visitor.twist(along)?;
+        visitor.scalars([deviation, noise, age, ahead])?;
+    }
+    Ok(())
 }
 
 fn keep<T>(past: &mut VecDeque<T>, read: T) {

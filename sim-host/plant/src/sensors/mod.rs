@@ -15,6 +15,7 @@ mod model;
 mod seam;
 mod torque;
 
+pub(crate) use fault::visit_measurements;
 pub use fault::{Failure, FaultyInstruments, Instrument, InstrumentFault, fault_name};
 pub(crate) use model::ideal;
 pub use model::{BuildSensor, DeviationSensor, SensorEntry, SensorNumber};

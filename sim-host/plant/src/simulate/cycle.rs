@@ -12,7 +12,9 @@ use crate::integrate::Diverged;
 use crate::process::planned;
 use crate::robot::{Drives, Readings};
 use crate::seam::Seam;
-use crate::sensors::{DeviationSensor, FaultyInstruments, Instruments, outside};
+use crate::sensors::{
+    DeviationSensor, FaultyInstruments, Instruments, outside, visit_measurements,
+};
 use nalgebra::Vector3;
 use trueweld_core::compensation::{Compensated, Compensator, DeviationMeasurement, Observation};
 use trueweld_core::control::{DriveCommand, HybridController, SensorReadings, Setpoint};
@@ -93,6 +95,19 @@ pub struct InstrumentReadings {
     pub measurements: Vec<DeviationMeasurement<f64>>,
     /// Real tool against nominal, axes of the real seam's W: m and rad.
     pub deviation_w: Twist<f64>,
+}
+
+impl Stateful for InstrumentReadings {
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        let Self { nominal, sensed, measurements, deviation_w } = self;
+        visitor.matrix(&mut nominal.rotation)?;
+        visitor.matrix(&mut nominal.position)?;
+        let SensorReadings { encoder, encoder_rate, motor_torque, wrench } = sensed;
+        [encoder, encoder_rate, motor_torque].into_iter().try_for_each(|of| visitor.matrix(of))?;
+        visitor.wrench(wrench)?;
+        visit_measurements(measurements, visitor)?;
+        visitor.twist(deviation_w)
+    }
 }
 
 /// What one period of control saw and commanded.

@@ -195,12 +195,30 @@ impl OpenCell {
     /// Reads the instruments, which takes from their random numbers: once a period.
     pub fn observe(&mut self, scenario: &Scenario<'_>) -> CellView {
         let time = self.time(scenario);
-        let Self { side, motion, start, contact, .. } = self;
-        let target = scenario.program.target(scenario.weld, side.taught(), *contact, time);
-        let reference = Reference::of(scenario, side.taught(), &start.offset, &target);
-        let mut plant = SimulatedCell { cell: scenario.cell, motion };
-        let readings = side.read(scenario, &mut plant, time, target.path);
+        let (target, reference) = self.asked(scenario, time);
+        let mut plant = SimulatedCell { cell: scenario.cell, motion: &mut self.motion };
+        let readings = self.side.read(scenario, &mut plant, time, target.path);
         CellView { time, target, reference, readings }
+    }
+
+    /// What [`observe`](Self::observe) gave at `time`, s, with these readings. Evaluates the state:
+    /// for one that was restored after the instruments were read.
+    pub fn observed(
+        &mut self,
+        scenario: &Scenario<'_>,
+        time: f64,
+        readings: InstrumentReadings,
+    ) -> CellView {
+        self.evaluate(scenario);
+        let (target, reference) = self.asked(scenario, time);
+        CellView { time, target, reference, readings }
+    }
+
+    /// What the weld's program asks for at a time, s.
+    fn asked(&self, scenario: &Scenario<'_>, time: f64) -> (ProgramTarget, Reference) {
+        let taught = self.side.taught();
+        let target = scenario.program.target(scenario.weld, taught, self.contact, time);
+        (target, Reference::of(scenario, taught, &self.start.offset, &target))
     }
 
     /// Evaluates the present state, as [`observe`](Self::observe) does, without reading the
@@ -368,6 +386,17 @@ impl<L: Compensator<f64>> Simulation<L> {
     /// Reads the instruments, once a period.
     pub fn observe(&mut self, scenario: &Scenario<'_>) -> CellView {
         self.cell.observe(scenario)
+    }
+
+    /// What [`observe`](Self::observe) gave at `time`, s, with these readings: for a run that was
+    /// restored after they were read.
+    pub fn observed(
+        &mut self,
+        scenario: &Scenario<'_>,
+        time: f64,
+        readings: InstrumentReadings,
+    ) -> CellView {
+        self.cell.observed(scenario, time, readings)
     }
 
     /// Has controller and law command a torque by what was observed; returns the record of the period.

@@ -6,7 +6,9 @@ use trueweld_core::state::StateError;
 use trueweld_plant::input::Weld;
 use trueweld_plant::integrate::{Integrator, Tolerance};
 use trueweld_plant::sensors::{Failure, Instrument, InstrumentFault};
-use trueweld_plant::simulate::{ControllerKind, Scenario, Simulation, WeldProgram};
+use trueweld_plant::simulate::{
+    ControllerKind, Scenario, Simulation, WeldProgram, restore_state, state_of,
+};
 
 /// A weld of a centimetre, whose force loop closes at once; every instrument is late and noisy.
 fn short() -> Fixtures {
@@ -57,6 +59,36 @@ fn every_law_and_controller_goes_on_from_its_state() {
         // Before the force loop closes, and while the tool moves.
         goes_on(&scenario, 5, 20);
         goes_on(&scenario, 60, 20);
+    }
+}
+
+#[test]
+fn a_run_goes_on_between_reading_and_control() {
+    let fixtures = short();
+    let cell = fixtures.cell(&["backlash:A5:half_gap_rad=2e-4"]);
+    let law = trueweld_compensators::find("seam-tracking").expect("a law");
+    let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &law);
+    let mut whole = Simulation::new(&scenario).expect("a start");
+    let mut restored = Simulation::new(&scenario).expect("a start");
+    let mut readings = restored.observe(&scenario).readings;
+    for _ in 0..60 {
+        whole.step(&scenario).expect("a period");
+    }
+    let mut seen = whole.observe(&scenario);
+    restored.restore(&whole.state().expect("a state")).expect("its own state");
+    let of_readings = state_of(&mut seen.readings).expect("a state");
+    restore_state(&mut readings, &of_readings).expect("the readings' own state");
+    let mut again = restored.observed(&scenario, seen.time, readings);
+    assert_eq!(format!("{again:?}"), format!("{seen:?}"));
+    for _ in 0..5 {
+        let rows = [(&mut whole, &seen), (&mut restored, &again)]
+            .map(|(run, seen)| format!("{:?}", run.control(&scenario, seen)));
+        assert_eq!(rows[0], rows[1]);
+        for run in [&mut whole, &mut restored] {
+            run.advance(&scenario).expect("a period");
+        }
+        [seen, again] = [&mut whole, &mut restored].map(|run| run.observe(&scenario));
+        assert_eq!(format!("{again:?}"), format!("{seen:?}"));
     }
 }
 
