@@ -13,10 +13,10 @@
 )]
 #![allow(missing_docs, reason = "the standard says what its functions do")]
 
+use super::common::{common_functions, variable_functions};
 use super::component::{
-    CallStatus, Logger2, MessageLog, STATUS_DISCARD, STATUS_ERROR, STATUS_OK, call, call_step,
-    deserialise, free, free_state, get, get_state, instantiate, serialise, set, set_state,
-    set_verbose, state_size,
+    self, CallStatus, Logger2, MessageLog, STATUS_DISCARD, STATUS_ERROR, STATUS_OK, call,
+    call_step, instantiate,
 };
 use super::pointer::{folder_of, text, write};
 use crate::contents::instantiate as instance_of;
@@ -25,10 +25,6 @@ use std::ffi::{CString, c_char, c_int, c_uint, c_void};
 
 /// `fmi2CoSimulation` of `fmi2Type`.
 const CO_SIMULATION: c_int = 1;
-
-const REALS: (Numbering, Asked) = (Numbering::Scalars, Asked::Real);
-const INTEGERS: (Numbering, Asked) = (Numbering::Scalars, Asked::Integer);
-const BOOLEANS: (Numbering, Asked) = (Numbering::Scalars, Asked::Boolean);
 
 /// `fmi2CallbackFunctions`. Memory is that of this library, and steps end before they return.
 #[repr(C)]
@@ -48,16 +44,6 @@ pub extern "C" fn fmi2GetTypesPlatform() -> *const c_char {
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2GetVersion() -> *const c_char {
     c"2.0".as_ptr()
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetDebugLogging(
-    c: *mut c_void,
-    on: c_int,
-    _categories: usize,
-    _names: *const *const c_char,
-) -> CallStatus {
-    unsafe { set_verbose(c, on != 0) }
 }
 
 #[unsafe(no_mangle)]
@@ -93,11 +79,6 @@ pub(super) fn in_one_line(error: &miette::Report) -> String {
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeInstance(c: *mut c_void) {
-    unsafe { free(c) }
-}
-
-#[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetupExperiment(
     c: *mut c_void,
     _tolerance_defined: c_int,
@@ -114,83 +95,27 @@ pub unsafe extern "C" fn fmi2EnterInitializationMode(c: *mut c_void) -> CallStat
     unsafe { call(c, Instance::enter_initialisation) }
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2ExitInitializationMode(c: *mut c_void) -> CallStatus {
-    unsafe { call(c, Instance::exit_initialisation) }
+common_functions! {
+    flag: c_int,
+    logging: fmi2SetDebugLogging,
+    run: fmi2FreeInstance fmi2ExitInitializationMode fmi2Terminate fmi2Reset,
+    state: fmi2GetFMUstate fmi2SetFMUstate fmi2FreeFMUstate,
+    bytes: fmi2SerializedFMUstateSize fmi2SerializeFMUstate fmi2DeSerializeFMUstate,
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Terminate(c: *mut c_void) -> CallStatus {
-    unsafe { call(c, Instance::terminate) }
+variable_functions! {
+    fmi2GetReal fmi2SetReal []: f64 = (Numbering::Scalars, Asked::Real),
+    read: |value| value, write: |value| value,
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Reset(c: *mut c_void) -> CallStatus {
-    let reset = |instance: &mut Instance| {
-        instance.reset();
-        Ok(())
-    };
-    unsafe { call(c, reset) }
+variable_functions! {
+    fmi2GetInteger fmi2SetInteger []: c_int = (Numbering::Scalars, Asked::Integer),
+    read: |value| value as c_int, write: f64::from,
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetReal(
-    c: *mut c_void,
-    references: *const c_uint,
-    count: usize,
-    values: *mut f64,
-) -> CallStatus {
-    unsafe { get(c, (references, count), (values, None), REALS, |value| value) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetInteger(
-    c: *mut c_void,
-    references: *const c_uint,
-    count: usize,
-    values: *mut c_int,
-) -> CallStatus {
-    unsafe { get(c, (references, count), (values, None), INTEGERS, |value| value as c_int) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBoolean(
-    c: *mut c_void,
-    references: *const c_uint,
-    count: usize,
-    values: *mut c_int,
-) -> CallStatus {
-    unsafe { get(c, (references, count), (values, None), BOOLEANS, |value| value as c_int) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetReal(
-    c: *mut c_void,
-    references: *const c_uint,
-    count: usize,
-    values: *const f64,
-) -> CallStatus {
-    unsafe { set(c, (references, count), (values, count), REALS, |value| value) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetInteger(
-    c: *mut c_void,
-    references: *const c_uint,
-    count: usize,
-    values: *const c_int,
-) -> CallStatus {
-    unsafe { set(c, (references, count), (values, count), INTEGERS, f64::from) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetBoolean(
-    c: *mut c_void,
-    references: *const c_uint,
-    count: usize,
-    values: *const c_int,
-) -> CallStatus {
-    unsafe { set(c, (references, count), (values, count), BOOLEANS, |value| f64::from(value != 0)) }
+variable_functions! {
+    fmi2GetBoolean fmi2SetBoolean []: c_int = (Numbering::Scalars, Asked::Boolean),
+    read: |value| value as c_int, write: |value| f64::from(value != 0),
 }
 
 /// No model has texts.
@@ -213,50 +138,6 @@ pub extern "C" fn fmi2SetString(
     _values: *const *const c_char,
 ) -> CallStatus {
     if count == 0 { STATUS_OK } else { STATUS_ERROR }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(c: *mut c_void, state: *mut *mut c_void) -> CallStatus {
-    unsafe { get_state(c, state) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetFMUstate(c: *mut c_void, state: *mut c_void) -> CallStatus {
-    unsafe { set_state(c, state) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(_c: *mut c_void, state: *mut *mut c_void) -> CallStatus {
-    unsafe { free_state(state) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
-    c: *mut c_void,
-    state: *mut c_void,
-    size: *mut usize,
-) -> CallStatus {
-    unsafe { state_size(c, state, size) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializeFMUstate(
-    c: *mut c_void,
-    state: *mut c_void,
-    bytes: *mut u8,
-    size: usize,
-) -> CallStatus {
-    unsafe { serialise(c, state, (bytes, size)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
-    c: *mut c_void,
-    bytes: *const u8,
-    size: usize,
-    state: *mut *mut c_void,
-) -> CallStatus {
-    unsafe { deserialise(c, (bytes, size), state) }
 }
 
 /// Said not to be provided.

@@ -14,9 +14,9 @@
 )]
 #![allow(missing_docs, reason = "the standard says what its functions do")]
 
+use super::common::{common_functions, variable_functions};
 use super::component::{
-    CallStatus, Logger3, MessageLog, STATUS_ERROR, STATUS_OK, call, call_step, deserialise, free,
-    free_state, get, get_state, instantiate, serialise, set, set_state, set_verbose, state_size,
+    self, CallStatus, Logger3, MessageLog, STATUS_ERROR, STATUS_OK, call, call_step, instantiate,
 };
 use super::fmi2::in_one_line;
 use super::pointer::{text, write};
@@ -26,26 +26,12 @@ use std::ffi::{c_char, c_uint, c_void};
 use std::path::Path;
 use std::ptr;
 
-const FLOATS: (Numbering, Asked) = (Numbering::Variables, Asked::Real);
-const INTS: (Numbering, Asked) = (Numbering::Variables, Asked::Integer);
-const FLAGS: (Numbering, Asked) = (Numbering::Variables, Asked::Boolean);
-
 /// `fmi3Boolean`, a C `bool`, of which an importer might give any byte.
 type Flag = u8;
 
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3GetVersion() -> *const c_char {
     c"3.0".as_ptr()
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetDebugLogging(
-    instance: *mut c_void,
-    on: Flag,
-    _categories: usize,
-    _names: *const *const c_char,
-) -> CallStatus {
-    unsafe { set_verbose(instance, on != 0) }
 }
 
 #[unsafe(no_mangle)]
@@ -74,11 +60,6 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3FreeInstance(instance: *mut c_void) {
-    unsafe { free(instance) }
-}
-
-#[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3EnterInitializationMode(
     instance: *mut c_void,
     _tolerance_defined: Flag,
@@ -94,143 +75,27 @@ pub unsafe extern "C" fn fmi3EnterInitializationMode(
     unsafe { call(instance, enter) }
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3ExitInitializationMode(instance: *mut c_void) -> CallStatus {
-    unsafe { call(instance, Instance::exit_initialisation) }
+common_functions! {
+    flag: Flag,
+    logging: fmi3SetDebugLogging,
+    run: fmi3FreeInstance fmi3ExitInitializationMode fmi3Terminate fmi3Reset,
+    state: fmi3GetFMUState fmi3SetFMUState fmi3FreeFMUState,
+    bytes: fmi3SerializedFMUStateSize fmi3SerializeFMUState fmi3DeserializeFMUState,
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3Terminate(instance: *mut c_void) -> CallStatus {
-    unsafe { call(instance, Instance::terminate) }
+variable_functions! {
+    fmi3GetFloat64 fmi3SetFloat64 [length]: f64 = (Numbering::Variables, Asked::Real),
+    read: |value| value, write: |value| value,
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3Reset(instance: *mut c_void) -> CallStatus {
-    let reset = |instance: &mut Instance| {
-        instance.reset();
-        Ok(())
-    };
-    unsafe { call(instance, reset) }
+variable_functions! {
+    fmi3GetInt32 fmi3SetInt32 [length]: i32 = (Numbering::Variables, Asked::Integer),
+    read: |value| value as i32, write: f64::from,
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetFloat64(
-    instance: *mut c_void,
-    references: *const c_uint,
-    count: usize,
-    values: *mut f64,
-    room: usize,
-) -> CallStatus {
-    unsafe { get(instance, (references, count), (values, Some(room)), FLOATS, |value| value) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetInt32(
-    instance: *mut c_void,
-    references: *const c_uint,
-    count: usize,
-    values: *mut i32,
-    room: usize,
-) -> CallStatus {
-    unsafe { get(instance, (references, count), (values, Some(room)), INTS, |value| value as i32) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetBoolean(
-    instance: *mut c_void,
-    references: *const c_uint,
-    count: usize,
-    values: *mut Flag,
-    room: usize,
-) -> CallStatus {
-    unsafe {
-        get(instance, (references, count), (values, Some(room)), FLAGS, |value| value as Flag)
-    }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetFloat64(
-    instance: *mut c_void,
-    references: *const c_uint,
-    count: usize,
-    values: *const f64,
-    given: usize,
-) -> CallStatus {
-    unsafe { set(instance, (references, count), (values, given), FLOATS, |value| value) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetInt32(
-    instance: *mut c_void,
-    references: *const c_uint,
-    count: usize,
-    values: *const i32,
-    given: usize,
-) -> CallStatus {
-    unsafe { set(instance, (references, count), (values, given), INTS, f64::from) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetBoolean(
-    instance: *mut c_void,
-    references: *const c_uint,
-    count: usize,
-    values: *const Flag,
-    given: usize,
-) -> CallStatus {
-    unsafe {
-        set(instance, (references, count), (values, given), FLAGS, |value| f64::from(value != 0))
-    }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetFMUState(
-    instance: *mut c_void,
-    state: *mut *mut c_void,
-) -> CallStatus {
-    unsafe { get_state(instance, state) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetFMUState(instance: *mut c_void, state: *mut c_void) -> CallStatus {
-    unsafe { set_state(instance, state) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3FreeFMUState(
-    _instance: *mut c_void,
-    state: *mut *mut c_void,
-) -> CallStatus {
-    unsafe { free_state(state) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
-    instance: *mut c_void,
-    state: *mut c_void,
-    size: *mut usize,
-) -> CallStatus {
-    unsafe { state_size(instance, state, size) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SerializeFMUState(
-    instance: *mut c_void,
-    state: *mut c_void,
-    bytes: *mut u8,
-    size: usize,
-) -> CallStatus {
-    unsafe { serialise(instance, state, (bytes, size)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3DeserializeFMUState(
-    instance: *mut c_void,
-    bytes: *const u8,
-    size: usize,
-    state: *mut *mut c_void,
-) -> CallStatus {
-    unsafe { deserialise(instance, (bytes, size), state) }
+variable_functions! {
+    fmi3GetBoolean fmi3SetBoolean [length]: Flag = (Numbering::Variables, Asked::Boolean),
+    read: |value| value as Flag, write: |value| f64::from(value != 0),
 }
 
 #[unsafe(no_mangle)]

@@ -3,6 +3,7 @@
 //! Every function takes what C can give: a null pointer is an error, and so is what the instance
 //! refuses. No panic leaves: one that happens is an error, and the instance takes no more steps.
 
+mod common;
 mod component;
 pub mod fmi2;
 pub mod fmi3;
