@@ -7,14 +7,19 @@ use crate::error;
 use nalgebra::{Matrix3, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyType;
+use pyo3::types::{PyBytes, PyType};
 use std::sync::{Arc, Mutex, PoisonError};
 use trueweld::WeldingCell;
 use trueweld::core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld::core::control::{SensorReadings, Setpoint};
+use trueweld::core::state::{StateError, StateResult, StateVisitor};
 use trueweld::core::{Fault, Pose, Robot, Twist, Wrench};
 use trueweld::laws::{Entry, FeedForward, FollowingGains, Needs, OuterIntegral, Setup};
 use trueweld::plant::simulate::CellView;
+
+/// Most periods that a state of a law can count, and most bytes that it can have.
+const LAW_PERIODS_MAX: usize = 1 << 48;
+const LAW_BYTES_MAX: usize = 1 << 32;
 
 /// What a law raised, for the thread that waits for its command.
 #[derive(Clone, Default)]
@@ -102,12 +107,14 @@ impl PythonLaw {
 /// A law in Python in one run.
 struct RunningPythonLaw {
     name: String,
+    /// What has a state; `None` of a function.
+    object: Option<Py<PyAny>>,
     demand: Py<PyAny>,
     reset: Option<Py<PyAny>>,
     freeze: Option<Py<PyAny>>,
     period: f64,
     /// Periods since the start of the weld in which it was asked.
-    periods: u64,
+    periods: usize,
     /// The controller's model of the robot, once it was seen.
     robot: Option<Arc<Robot<f64>>>,
     failure: LawFailure,
@@ -116,7 +123,8 @@ struct RunningPythonLaw {
 impl RunningPythonLaw {
     fn new(py: Python<'_>, law: &PythonLaw, period: f64) -> PyResult<Self> {
         let given = law.given.bind(py);
-        let object = if given.is_instance_of::<PyType>() {
+        let is_class = given.is_instance_of::<PyType>();
+        let object = if is_class {
             let object = given.call0()?;
             must_be_law(&object)?;
             object
@@ -128,10 +136,13 @@ impl RunningPythonLaw {
         let method = |name: &str| -> PyResult<Option<Py<PyAny>>> {
             Ok(object.getattr_opt(name)?.map(Bound::unbind))
         };
-        let demand = method("demand")?.unwrap_or_else(|| object.clone().unbind());
+        let demand = method("demand")?;
+        let own = (is_class || demand.is_some()).then(|| object.clone().unbind());
+        let demand = demand.unwrap_or_else(|| object.clone().unbind());
         let (reset, freeze) = (method("reset")?, method("freeze")?);
         let (name, failure) = (law.name.clone(), law.failure.clone());
-        Ok(Self { name, demand, reset, freeze, period, periods: 0, robot: None, failure })
+        let (object, periods, robot) = (own, 0, None);
+        Ok(Self { name, object, demand, reset, freeze, period, periods, robot, failure })
     }
 
     fn call(&self, method: Option<&Py<PyAny>>) {
@@ -143,6 +154,35 @@ impl RunningPythonLaw {
         {
             self.failure.set(raised);
         }
+    }
+
+    /// What the object keeps, as bytes.
+    fn kept(&self, object: &Py<PyAny>) -> Result<Vec<u8>, StateError> {
+        self.unless_refused(|py| {
+            py.import("trueweld._law")?.getattr("state_of")?.call1((object,))?.extract()
+        })
+    }
+
+    /// Has the object keep what `kept` gave.
+    fn keep(&self, object: &Py<PyAny>, kept: &[u8]) -> StateResult {
+        self.unless_refused(|py| {
+            let kept = PyBytes::new(py, kept);
+            py.import("trueweld._law")?.getattr("restore")?.call1((object, kept)).map(drop)
+        })
+    }
+
+    fn unless_refused<V>(
+        &self,
+        work: impl FnOnce(Python<'_>) -> PyResult<V>,
+    ) -> Result<V, StateError> {
+        Python::attach(|py| {
+            work(py).map_err(|raised| {
+                let text =
+                    format!("the law {} does not give or take its state: {raised}", self.name);
+                self.failure.set(error::of_law(py, text));
+                StateError::Unsupported
+            })
+        })
     }
 
     fn ask(&self, py: Python<'_>, readings: LawReadings) -> PyResult<Twist<f64>> {
@@ -184,6 +224,20 @@ impl Compensator<f64> for RunningPythonLaw {
             self.failure.set(raised);
             Fault::Compensation
         })
+    }
+
+    /// The count of periods, and what the object keeps, byte by byte.
+    fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
+        visitor.count(&mut self.periods, LAW_PERIODS_MAX)?;
+        let Some(object) = &self.object else {
+            return Ok(());
+        };
+        let own = self.kept(object)?;
+        let mut kept = own.clone();
+        let length = visitor.length(kept.len(), LAW_BYTES_MAX)?;
+        kept.resize(length, 0);
+        kept.iter_mut().try_for_each(|byte| visitor.byte(byte))?;
+        if kept == own { Ok(()) } else { self.keep(object, &kept) }
     }
 }
 

@@ -6,7 +6,8 @@
 //!   _core                  command     a command of the program in process: results in all forms
 //!        │                 law         a law in Python as one of the simulator's
 //!        │                 log         a recorded log as arrays
-//!        │                 simulation  a weld period by period; many of them on all cores
+//!        │                 simulation  a weld period by period: `stepped` is what changes of it
+//!        │                 rollout     many of them on all cores
 //!        │                 table       samples as arrays and through Arrow
 //!        ▼
 //!   trueweld-cli, trueweld
@@ -19,7 +20,9 @@ mod command;
 mod error;
 mod law;
 mod log;
+mod rollout;
 mod simulation;
+mod stepped;
 mod table;
 
 use pyo3::prelude::*;
@@ -42,9 +45,11 @@ mod _core {
     #[pymodule_export]
     use super::log::{LogArrays, read_log};
     #[pymodule_export]
+    use super::rollout::{roll_out, step_all};
+    #[pymodule_export]
     use super::run_program;
     #[pymodule_export]
-    use super::simulation::{CellSimulation, roll_out, step_all};
+    use super::simulation::CellSimulation;
     #[pymodule_export]
     use super::table::ResultTable;
     use pyo3::prelude::*;

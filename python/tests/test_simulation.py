@@ -6,6 +6,8 @@ import copy
 import os
 import pickle
 import signal
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -63,18 +65,94 @@ def test_copies_pickles_and_states_go_on_as_the_simulation_does(law: object, pla
         assert other.state() == sim.state()
 
 
+# In another process, whose laws are those of this file.
+GO_ON = """
+import pathlib, pickle, sys
+sys.path.insert(0, sys.argv[1])
+sim = pickle.loads(pathlib.Path("sim.pickle").read_bytes())
+sim.advance(1.0)
+pathlib.Path("state").write_bytes(sim.state())
+"""
+
+
+@pytest.mark.parametrize("law", ["none", "seam-tracking", "elastostatic+learning", Integral])
+def test_a_state_goes_on_in_another_process_bit_for_bit(law: object, place: Path) -> None:
+    sim = begun(place, compensator=law)
+    (place / "sim.pickle").write_bytes(pickle.dumps(sim))
+    sim.advance(1.0)
+    subprocess.run([sys.executable, "-c", GO_ON, str(Path(__file__).parent)], check=True)
+    state = (place / "state").read_bytes()
+    assert state == sim.state()
+    # It holds what changes now, and not what was done: a later one is no longer.
+    early = begun(place, compensator=law)
+    sim.advance(1e9)
+    assert len(sim.state()) == pytest.approx(len(early.state()), rel=0.05)
+    sim.restore(early.state())
+    assert sim.periods == early.periods and sim.record.keys() == early.record.keys()
+    for name, values in early.record.items():
+        assert np.array_equal(sim.record[name], values), name
+
+
+class Slotted:
+    """A law that keeps an array, a slot and a history, and says itself what its state is."""
+
+    __slots__ = ("gains", "history", "__dict__")
+
+    def __init__(self) -> None:
+        self.gains = np.array([0.0, 0.02, 0.0, 0.0, 0.0, 0.0])
+        self.history: list[float] = []
+        self.demanded = np.zeros(6)
+
+    def demand(self, readings: tw.Readings) -> np.ndarray:
+        if np.isfinite(readings.lateral_m):
+            self.history.append(readings.lateral_m)
+            self.demanded = self.demanded - self.gains * np.mean(self.history[-5:])
+        return self.demanded
+
+
+def test_a_law_in_python_keeps_arrays_slots_and_lists(place: Path) -> None:
+    sim = begun(place, compensator=Slotted)
+    state = sim.state()
+    sim.advance(1.0)
+    expected = sim.cell_state
+    sim.restore(state)
+    copied = sim.copy()
+    for one in (sim, copied):
+        one.advance(1.0)
+        assert np.array_equal(one.cell_state, expected)
+
+
+def test_a_law_that_gives_no_state_is_named(place: Path) -> None:
+    class Locked(Integral):
+        def __init__(self) -> None:
+            super().__init__()
+            self.lock = threading.Lock()
+
+    sim = tw.Simulation(weld="short.toml", compensator=Locked)
+    for call in (sim.state, sim.copy):
+        with pytest.raises(tw.LawError, match="the law python:locked .* state: .*pickle"):
+            call()
+    sim.advance(3.0)
+    assert sim.time_s > 2.9
+
+
 def test_a_state_of_something_else_is_refused(place: Path) -> None:
     sim = begun(place)
     for state in (
         b"",
-        b"trueweld-state/1",
+        b"trueweld-state/2",
         b"x" * 100,
         sim.state()[:-1],
+        damaged(sim.state()),
         begun(place, seed=7).state(),
         begun(place, effect="backlash:A5:half_gap_rad=1e-4").state(),
     ):
         with pytest.raises(ValueError, match="no state of this simulation"):
             sim.restore(state)
+
+
+def damaged(state: bytes) -> bytes:
+    return state[:-100] + bytes([state[-100] ^ 1]) + state[-99:]
 
 
 def test_a_reset_begins_the_same_weld_or_one_with_other_noise(place: Path) -> None:

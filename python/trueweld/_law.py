@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Sequence
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +36,10 @@ class Law(Protocol):
         the integral of the laws of the library that are not fed by the load, at this share of its
         rate across the seam. 1.0 with a seam sensor in the law; 0.4 without.
 
+    ``__getstate__()`` and ``__setstate__(state)``
+        what it keeps from period to period, for a state of a :class:`Simulation` (default: its
+        attributes); it is pickled.
+
     Every run has a law of its own: a deep copy of the object. What a law raises ends the command.
     """
 
@@ -45,3 +50,23 @@ class Law(Protocol):
 #: The name of a law of the library, several with + between them; a law in Python, a class of them, or
 #: a function of the readings.
 LawLike = str | Law | type[Law] | Callable[[Readings], Correction]
+
+
+def state_of(law: Any) -> bytes:
+    """What a law keeps from period to period, without its class."""
+    return pickle.dumps(law.__getstate__())
+
+
+def restore(law: Any, state: bytes) -> None:
+    """Has a law keep what :func:`state_of` gave of it."""
+    kept = pickle.loads(state)
+    if hasattr(law, "__setstate__"):
+        law.__setstate__(kept)
+        return
+    # As the default of `__getstate__` gives it: attributes; with slots a pair of attributes and slots.
+    attributes, slots = kept if isinstance(kept, tuple) else (kept, None)
+    if hasattr(law, "__dict__"):
+        vars(law).clear()
+        vars(law).update(attributes or {})
+    for name, value in (slots or {}).items():
+        setattr(law, name, value)

@@ -197,13 +197,17 @@ class Simulation:
     def state(self) -> bytes:
         """The state, to go back to by :meth:`restore`, in this process or another one.
 
-        It has the digest in it and the corrections so far: going back makes the weld again up to
-        there. To branch often, copy the simulation instead.
+        It holds every number that changes, and in front of them the :attr:`digest`. Of a law in
+        Python it holds a pickle of what the law keeps: see :class:`Law`.
         """
         return self._core.state()
 
     def restore(self, state: bytes) -> None:
-        """Goes to a state. Refused where cell, weld, law, options or version are others."""
+        """Goes to a state. Refused where cell, weld, law, options or version are others.
+
+        Of a simulation with a law in Python, unpickles what the law kept: take such a state from a
+        source that you trust.
+        """
         self._core.restore(state)
 
     def copy(self) -> Simulation:
