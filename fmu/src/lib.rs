@@ -6,7 +6,8 @@
 //! period; a plant's own steps are shorter and inside. Coupled, the law first, they are `trueweld
 //! weld` to the last digit.
 //!
-//! * [`FmuExport`] writes the file: model description, the cell's files, shared libraries;
+//! * [`FmuExport`] writes the file: model description, the cell's files, shared libraries, and the
+//!   sources of this library;
 //! * the groups of variables are declared once; model description, getting and setting follow;
 //! * an instance knows what may be called when, and gives its state as bytes that another process
 //!   takes;
@@ -15,7 +16,7 @@
 //!
 //! ```no_run
 //! use trueweld::CellFiles;
-//! use trueweld_fmu::{FmiVersion, FmuExport, FmuModel, library_beside_program};
+//! use trueweld_fmu::{FmiVersion, FmuExport, FmuLibrary, FmuModel};
 //! use trueweld_plant::controllers::ControllerKind;
 //!
 //! let files = CellFiles::new();
@@ -25,7 +26,7 @@
 //!     model: FmuModel::Law(trueweld::law("seam-tracking")?),
 //!     version: FmiVersion::Fmi2,
 //! };
-//! let (bytes, summary) = export.package(&files.read()?, &[library_beside_program()?])?;
+//! let (bytes, summary) = export.package(&files.read()?, &[FmuLibrary::of_program()?])?;
 //! std::fs::write("seam-tracking.fmu", bytes).expect("a file");
 //! println!("one step each {} s", summary.step);
 //! # Ok::<(), miette::Report>(())
@@ -46,5 +47,5 @@ mod variable;
 
 pub use contents::FmuModel;
 pub use description::FmiVersion;
-pub use package::{FmuExport, FmuSummary, library_beside_program};
+pub use package::{FmuExport, FmuLibrary, FmuSummary, carry_library};
 pub use plant::CellInput;

@@ -3,8 +3,10 @@
 use crate::contents::{Contents, FmuModel, hexadecimal};
 use crate::description::{FmiVersion, Heading, describe};
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
+use std::borrow::Cow;
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::{env, fs};
 use trueweld::{CellFiles, WeldingCell};
 use trueweld_plant::controllers::ControllerKind;
@@ -76,11 +78,51 @@ impl Platform {
     }
 }
 
-/// The shared library that was built with this program: beside it, or where Cargo puts it.
-///
-/// # Errors
-/// None is there.
-pub fn library_beside_program() -> Result<PathBuf> {
+/// A shared library of this version, of any platform.
+#[derive(Debug, Clone)]
+pub struct FmuLibrary {
+    /// Where it was found.
+    name: String,
+    bytes: Cow<'static, [u8]>,
+}
+
+/// The library that this program has inside.
+static CARRIED: OnceLock<&'static [u8]> = OnceLock::new();
+
+/// Says that this program has the library of its platform inside: FMUs are made with it.
+pub fn carry_library(bytes: &'static [u8]) {
+    // Whoever carries one has no other.
+    CARRIED.get_or_init(|| bytes);
+}
+
+impl FmuLibrary {
+    /// That of a file.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn read(path: &Path) -> Result<Self> {
+        let name = path.display().to_string();
+        let bytes = fs::read(path)
+            .into_diagnostic()
+            .wrap_err_with(|| format!("cannot read the library {name}"))?;
+        Ok(Self { name, bytes: bytes.into() })
+    }
+
+    /// That which was built with this program: inside it, beside it, or where Cargo puts it.
+    ///
+    /// # Errors
+    /// None is there.
+    pub fn of_program() -> Result<Self> {
+        match CARRIED.get() {
+            Some(bytes) => {
+                Ok(Self { name: "the program's own library".to_owned(), bytes: (*bytes).into() })
+            }
+            None => Self::read(&beside_program()?),
+        }
+    }
+}
+
+fn beside_program() -> Result<PathBuf> {
     let name = format!("{}trueweld_fmu{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX);
     let program = env::current_exe().into_diagnostic()?;
     let folder = program.parent().unwrap_or(Path::new("."));
@@ -106,7 +148,7 @@ impl FmuExport<'_> {
     pub fn package(
         &self,
         cell: &WeldingCell,
-        libraries: &[PathBuf],
+        libraries: &[FmuLibrary],
     ) -> Result<(Vec<u8>, FmuSummary)> {
         let contents = Contents::of(self.files, cell, self.controller, &self.model)?;
         // From the files as they will lie in the FMU.
@@ -126,14 +168,11 @@ impl FmuExport<'_> {
             tool: concat!("trueweld ", env!("CARGO_PKG_VERSION")),
         };
         let description = describe(model.as_ref(), &heading).into_diagnostic()?;
-        let mut files = vec![("modelDescription.xml".to_owned(), description)];
+        let mut files = vec![("modelDescription.xml".to_owned(), description.into())];
         let mut platforms = Vec::new();
-        for path in libraries {
-            let library = fs::read(path)
-                .into_diagnostic()
-                .wrap_err_with(|| format!("cannot read the library {}", path.display()))?;
-            let platform = Platform::of(&library).ok_or_else(|| {
-                miette!("{}: it is no shared library of a platform that FMI has", path.display())
+        for FmuLibrary { name, bytes } in libraries {
+            let platform = Platform::of(bytes).ok_or_else(|| {
+                miette!("{name}: it is no shared library of a platform that FMI has")
             })?;
             let folder = match self.version {
                 FmiVersion::Fmi2 => platform.fmi2,
@@ -143,11 +182,13 @@ impl FmuExport<'_> {
                 return Err(miette!("two libraries are of {folder}; expected one a platform"));
             }
             platforms.push(folder);
-            files.push((format!("binaries/{folder}/{identifier}.{}", platform.ending), library));
+            let file = format!("binaries/{folder}/{identifier}.{}", platform.ending);
+            files.push((file, bytes.clone()));
         }
         for (name, bytes) in contents.0 {
-            files.push((format!("resources/{name}"), bytes));
+            files.push((format!("resources/{name}"), bytes.into()));
         }
+        files.extend(SOURCE_FILES.map(|(name, bytes)| (name.to_owned(), bytes.into())));
         let summary = FmuSummary { token, step: model.period(), platforms };
         Ok((archive(&files)?, summary))
     }
@@ -170,8 +211,14 @@ impl FmuExport<'_> {
     }
 }
 
+/// The sources of this library, and how another one is built of them.
+const SOURCE_FILES: [(&str, &[u8]); 2] = [
+    ("extra/trueweld/README.txt", include_bytes!("sources.txt")),
+    ("extra/trueweld/sources.zip", include_bytes!(concat!(env!("OUT_DIR"), "/sources.zip"))),
+];
+
 /// The same files give the same bytes.
-fn archive(files: &[(String, Vec<u8>)]) -> Result<Vec<u8>> {
+fn archive(files: &[(String, Cow<'static, [u8]>)]) -> Result<Vec<u8>> {
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .last_modified_time(DateTime::default())

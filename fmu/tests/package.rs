@@ -5,7 +5,7 @@ use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use trueweld::CellFiles;
-use trueweld_fmu::{CellInput, FmiVersion, FmuExport, FmuModel};
+use trueweld_fmu::{CellInput, FmiVersion, FmuExport, FmuLibrary, FmuModel};
 use trueweld_plant::controllers::ControllerKind;
 
 /// First bytes of a shared library for 64-bit Linux.
@@ -59,7 +59,7 @@ fn the_same_cell_gives_the_same_bytes_with_a_library_for_each_platform() {
     let libraries = [0x3e, 0xb7].map(|machine| {
         let path = folder.path().join(format!("{machine}.so"));
         fs::write(&path, elf(machine)).expect("a file");
-        path
+        FmuLibrary::read(&path).expect("a library")
     });
     let of = export(&files, FmuModel::Plant(CellInput::Torque), FmiVersion::Fmi3);
     let (bytes, summary) = of.package(&cell, &libraries).expect("an FMU");
@@ -76,6 +76,7 @@ fn the_same_cell_gives_the_same_bytes_with_a_library_for_each_platform() {
     assert!(error.contains("x86_64-linux"), "{error}");
     let text = folder.path().join("library.so");
     fs::write(&text, "no library").expect("a file");
+    let text = FmuLibrary::read(&text).expect("a file");
     let error = of.package(&cell, &[text]).expect_err("a text").to_string();
     assert!(error.contains("library.so"), "{error}");
 }

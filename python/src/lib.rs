@@ -54,8 +54,14 @@ mod _core {
     use super::table::ResultTable;
     use pyo3::prelude::*;
 
+    /// The library for FMUs, built with this module.
+    #[cfg(fmu_library)]
+    const FMU_LIBRARY: &[u8] = include_bytes!(env!("TRUEWELD_FMU_LIBRARY"));
+
     #[pymodule_init]
-    fn add_constants(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    fn begin(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        #[cfg(fmu_library)]
+        trueweld_fmu::carry_library(FMU_LIBRARY);
         module.add("VERSION", trueweld::VERSION)?;
         module.add("SOURCES", trueweld::SOURCES)
     }

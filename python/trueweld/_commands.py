@@ -771,7 +771,8 @@ def export_fmu(
     :param controller: Hybrid force/position controller of a law, and of a plant that a correction
         drives (default: external).
     :param library: Shared library of a platform, built from the sources of this program; may be
-        given several times (default: the one beside the program).
+        given several times (default: that of this platform, which is in the wheel, or beside the
+        program).
     :param out: File to write (default: out/NAME.fmu, with the law's name or plant).
     :param progress: False shows none; a function is called with what is done now and the share of
         the whole (default: one line, at a terminal or in a notebook).

@@ -8,7 +8,10 @@
 //! Left out: the sources of other crates, whose versions `Cargo.lock` pins, the compiler, and a
 //! law or an effect of one's own.
 
+mod source_files;
+
 use sha2::{Digest, Sha256};
+use source_files::source_files;
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 
@@ -21,44 +24,11 @@ fn main() {
 /// SHA-256 of the lines that `sha256sum` prints of all sources, in the order of their paths from
 /// the root.
 fn digest(root: &Path) -> io::Result<String> {
-    let mut files = ["Cargo.lock", "Cargo.toml"].map(str::to_owned).to_vec();
-    let crates = names(&root.join("sim-host"))?.into_iter().map(|name| format!("sim-host/{name}"));
-    for folder in crates.chain(["core-nostd", "compensators", "fmu"].map(str::to_owned)) {
-        let own = ["Cargo.toml", "build.rs"].map(|name| format!("{folder}/{name}"));
-        files.extend(own.into_iter().filter(|file| root.join(file).is_file()));
-        let sources = format!("{folder}/src");
-        // Where a file is added or removed as well.
-        println!("cargo::rerun-if-changed={}", root.join(&sources).display());
-        collect(root, &sources, &mut files)?;
-    }
-    files.sort();
     let mut lines = String::new();
-    for file in files {
-        let path = root.join(&file);
-        println!("cargo::rerun-if-changed={}", path.display());
-        lines += &format!("{}  {file}\n", sha256(&fs::read(path)?));
+    for file in source_files(root)? {
+        lines += &format!("{}  {file}\n", sha256(&fs::read(root.join(&file))?));
     }
     Ok(sha256(lines.as_bytes()))
-}
-
-/// All files in a folder and the folders below.
-fn collect(root: &Path, folder: &str, files: &mut Vec<String>) -> io::Result<()> {
-    for name in names(&root.join(folder))? {
-        let path = format!("{folder}/{name}");
-        if root.join(&path).is_dir() {
-            collect(root, &path, files)?;
-        } else {
-            files.push(path);
-        }
-    }
-    Ok(())
-}
-
-/// What is in a folder, without what editors and the system hide there.
-fn names(folder: &Path) -> io::Result<Vec<String>> {
-    let all = fs::read_dir(folder)?
-        .map(|entry| entry.map(|entry| entry.file_name().to_string_lossy().into_owned()));
-    all.filter(|name| !name.as_ref().is_ok_and(|name| name.starts_with('.'))).collect()
 }
 
 fn sha256(bytes: &[u8]) -> String {

@@ -7,7 +7,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 use miette::Result;
 use std::path::PathBuf;
 use trueweld_compensators::Entry;
-use trueweld_fmu::{CellInput, FmiVersion, FmuExport, FmuModel, library_beside_program};
+use trueweld_fmu::{CellInput, FmiVersion, FmuExport, FmuLibrary, FmuModel};
 use trueweld_output::write_file;
 use trueweld_plant::controllers::ControllerKind;
 
@@ -34,7 +34,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_parser = ControllerParser, default_value = ControllerKind::default().name())]
     controller: ControllerKind,
     /// Shared library of a platform, built from the sources of this program; may be given several
-    /// times (default: the one beside the program)
+    /// times (default: that of this platform, which is in the wheel, or beside the program)
     #[arg(long, value_name = "F")]
     library: Vec<PathBuf>,
     /// File to write (default: out/NAME.fmu, with the law's name or plant)
@@ -79,8 +79,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         }),
     };
     let libraries = match &arguments.library[..] {
-        [] => vec![library_beside_program()?],
-        given => given.to_vec(),
+        [] => vec![FmuLibrary::of_program()?],
+        given => given.iter().map(|path| FmuLibrary::read(path)).collect::<Result<_>>()?,
     };
     let export = FmuExport {
         files: &arguments.files.cell.files(),
