@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import trueweld as tw
-from trueweld import _core
+from trueweld import _core, _plot
 
 CAMPAIGN = "fixtures/campaigns/backlash"
 MODEL = f"{CAMPAIGN}/model.toml"
@@ -140,6 +140,20 @@ def without_clock(text: str) -> str:
     return re.sub(r'"wall_s": [0-9.e-]+', '"wall_s": 0', text)
 
 
+def has_picture(result: tw.Result) -> None:
+    """Draws the result's picture, where it has one."""
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    pyplot.switch_backend("agg")
+    name = result["schema"].split("/")[0]
+    if name in _plot._WITHOUT:
+        with pytest.raises(NotImplementedError, match="no picture"):
+            result.plot()
+        return
+    figure = result.plot()
+    figure.canvas.draw()
+    assert figure.axes[0].has_data() and figure.axes[0].get_title(loc="left")
+
+
 def check(command: tuple[str, ...], files: Path, program: Any) -> None:
     cases = SHORT | LONG
     call, flags = cases[command]
@@ -152,6 +166,7 @@ def check(command: tuple[str, ...], files: Path, program: Any) -> None:
         out.mkdir()
         if who == "python":
             result = call(who)
+            has_picture(result)
             both[who] = (result.to_json(), result.to_html() if result._forms["page"] else None, result.status)
         else:
             words = [flag.replace("{out}", who) for flag in flags]

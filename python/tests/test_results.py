@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import trueweld as tw
-from trueweld import _core, _results
+from trueweld import _core, _plot, _results
 
 
 @pytest.fixture(scope="module")
@@ -114,8 +114,15 @@ def test_pictures(welds: tw.Result) -> None:
     pyplot.switch_backend("agg")
     figure = welds.plot()
     assert [line.get_label() for line in figure.axes[0].lines] == ["no compensation", "elastostatic"]
-    with pytest.raises(NotImplementedError, match="no picture of check"):
+    with pytest.raises(NotImplementedError, match="no picture of a check"):
         tw.check(tw.fixtures.path("welds/coupon.toml")).plot()
+
+
+def test_every_result_has_a_picture_or_says_in_a_sentence_that_it_has_none() -> None:
+    """The pictures themselves are drawn where each command is compared with the program's."""
+    drawn, without = set(_plot._PICTURES), _plot._WITHOUT
+    assert not drawn & set(without) and drawn | set(without) == set(_results.CLASSES)
+    assert all(text.startswith("there is no picture of ") and "\n" not in text for text in without.values())
 
 
 @pytest.mark.parametrize(

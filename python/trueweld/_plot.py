@@ -32,10 +32,9 @@ def plot(result: Result, ax: Axes | None = None) -> Figure:
     """Draws a result into `ax`, or into a new figure, and gives the figure."""
     pyplot = needed("matplotlib.pyplot", "plot")
     name = str(result["schema"]).split("/")[0]
-    draw = _PICTURES.get(name)
-    if draw is None:
-        known = ", ".join(_PICTURES)
-        raise NotImplementedError(f"there is no picture of {name}; the page has some (there are pictures of {known})")
+    if name in _WITHOUT:
+        raise NotImplementedError(_WITHOUT[name])
+    draw = _PICTURES[name]
     title = textwrap.fill(result.sentence, _TITLE_COLUMNS)
     if ax is not None:
         draw(result, ax)
@@ -140,6 +139,123 @@ def _compare_laws(result: Result, ax: Axes) -> None:
     ax.legend(frameon=False, fontsize="small")
 
 
+def _record(result: Result, ax: Axes) -> int:
+    """When each log was recorded."""
+    for k, log in enumerate(result.logs):
+        first, last = log.time_s[0], log.time_s[-1]
+        ax.barh(log.name, last - first, left=first, color=_COLOURS[k % 7])
+        ax.text(last, k, f"  {log.kind}", va="center", fontsize="small")
+    ax.invert_yaxis()
+    ax.margins(x=0.2)
+    ax.set(xlabel="time, s")
+    return len(result.logs)
+
+
+def _plan(result: Result, ax: Axes) -> int:
+    """The log in which each effect shows best, with the size from which it does."""
+    logs = [log.name for log in result.logs]
+    rows = [(f"{of.effect} {of.at}".strip(), of) for of in result.shown]
+    for k, (_, of) in enumerate(rows):
+        if of.best_log in logs:
+            x = logs.index(of.best_log)
+            ax.plot(x, k, "o", color=_COLOURS[1])
+            ax.text(x + 0.1, k, f"from {_number(of.value)} {of.unit}", va="center", fontsize="small")
+    hidden = [f"{of.effect} {of.at}".strip() for of in result.not_shown]
+    names = [*(name for name, _ in rows), *(f"{name}: not shown" for name in hidden)]
+    ax.set_xticks(range(len(logs)), logs, rotation=30, ha="right")
+    ax.set_yticks(range(len(names)), names)
+    ax.set(xlim=(-0.5, len(logs) + 0.5), ylim=(len(names) - 0.5, -0.5), xlabel="log that shows it best")
+    return len(names)
+
+
+def _identify(result: Result, ax: Axes) -> int:
+    """Each number with its interval, as a share of what the model has, or of itself."""
+    found = [of for of in result.parameters if of.value]
+    for k, of in enumerate(found):
+        unit = of.given or of.value
+        ends = [of.value if end is None else end for end in (of.low, of.high)]
+        colour = _COLOURS[1] if of.identifiable else "#6e6e6e"
+        ax.plot([end / unit for end in ends], [k, k], color=colour)
+        ax.plot(of.value / unit, k, "o", color=colour)
+    names = [f"{of.name} {of.at}".strip() + f" {_number(of.value)} {of.unit}" for of in found]
+    ax.set_yticks(range(len(found)), names)
+    ax.invert_yaxis()
+    ax.axvline(1.0, color="#6e6e6e", lw=1, ls="--")
+    ax.set(xlabel="identified, with its interval; 1 is what the model has, or else the number itself")
+    return len(found)
+
+
+def _identify_plan(result: Result, ax: Axes) -> int:
+    names = [of.at for of in result.expected]
+    places = np.arange(len(names))
+    for k, (key, label) in enumerate((("half_share", "planned"), ("by_hand_half_share", "by hand"))):
+        shares = [np.nan if of[key] is None else 100 * of[key] for of in result.expected]
+        ax.barh(places + 0.4 * k, shares, height=0.4, color=_COLOURS[1 - k], label=label)
+    ax.set_yticks(places + 0.2, names)
+    ax.invert_yaxis()
+    ax.set(xlabel="half the expected interval of the stiffness, %")
+    ax.legend(frameon=False)
+    return 2 * len(names)
+
+
+def _register(result: Result, ax: Axes) -> int:
+    names = [", ".join(of.logs) for of in result.trackers]
+    left = [None if of.left_m is None else _MILLI * of.left_m for of in result.trackers]
+    return _bars(ax, names, left, "distance that is left between seen and expected, mm")
+
+
+def _tune(result: Result, ax: Axes) -> int:
+    tuned = [*result.controllers, *result.laws]
+    widest = [of.weld.lateral_max_m if of.weld else None for of in tuned]
+    millimetres = [None if of is None else _MILLI * of for of in widest]
+    return _bars(ax, [of.name for of in tuned], millimetres, "largest lateral deviation of a weld, mm")
+
+
+def _study_layout(result: Result, ax: Axes) -> None:
+    places = [of.placement for of in result.front]
+    shown = ax.scatter(
+        [of.x_m for of in places], [of.z_m for of in places], c=[of.share for of in result.front], cmap="viridis_r"
+    )
+    cast("Figure", ax.get_figure(root=True)).colorbar(shown, ax=ax, label="largest share of a limit")
+    for name, of, mark in (("as filed", result.filed, "x"), ("chosen", result.chosen, "*")):
+        if of is not None:
+            place = of.statics.placement
+            ax.plot(place.x_m, place.z_m, mark, color=_COLOURS[0], ms=12, ls="none", label=name)
+    ax.set(xlabel="x, m", ylabel="z, m")
+    ax.legend(frameon=False)
+
+
+def _study_limits(result: Result, ax: Axes) -> int:
+    names, shares = [], []
+    for place in result.places:
+        at = place.placement
+        where = f", x {at.x_m:.2f} m, z {at.z_m:.2f} m" if len(result.places) > 1 else ""
+        for of in place.limits:
+            names.append(f"{of.driven}{where}")
+            shares.append(None if of.largest is None or not of.nominal else of.largest / of.nominal)
+    return _bars(ax, names, shares, "largest that keeps the requirements; 1 is that of the weld")
+
+
+def _study_paper(result: Result, ax: Axes) -> None:
+    for k, weld in enumerate(dict.fromkeys(of.weld for of in result.envelopes)):
+        points = [(of.x_m, of.envelope_n) for of in result.envelopes if of.weld == weld and of.envelope_n is not None]
+        if points:
+            x, push = zip(*points, strict=True)
+            ax.plot(x, np.array(push) / _MILLI, "o-", color=_COLOURS[k % 7], lw=1, ms=3, label=weld)
+    ax.set(xlabel="x of the seam, m", ylabel="largest push that the arm holds, kN")
+    ax.legend(frameon=False)
+
+
+def _study_sensitivity(result: Result, ax: Axes) -> int:
+    indices = sorted(result.figures[0].indices, key=lambda of: -of.total.value)
+    for k, of in enumerate(indices):
+        ax.barh(of.input, of.total.value, color=_COLOURS[1])
+        ax.plot([of.total.low, of.total.high], [k, k], color=_COLOURS[6], lw=1)
+    ax.invert_yaxis()
+    ax.set(xlabel=f"share of the spread of {result.figures[0].figure}, with its interactions")
+    return len(indices)
+
+
 _PICTURES: dict[str, Callable[[Result, Axes], int | None]] = {
     "weld-result": _weld,
     "step-result": _step,
@@ -148,4 +264,20 @@ _PICTURES: dict[str, Callable[[Result, Axes], int | None]] = {
     "improve": _improve,
     "certify": _certify,
     "compare-laws": _compare_laws,
+    "record": _record,
+    "plan": _plan,
+    "identify": _identify,
+    "identify-plan": _identify_plan,
+    "register": _register,
+    "tune": _tune,
+    "study-layout": _study_layout,
+    "study-limits": _study_limits,
+    "study-paper": _study_paper,
+    "study-sensitivity": _study_sensitivity,
+}
+
+# Results that are words, and why there is nothing to draw.
+_WITHOUT = {
+    "check": "there is no picture of a check: it says of each file whether it is in order",
+    "import-log": "there is no picture of an import: it says how each column is read",
 }
