@@ -154,6 +154,10 @@ def has_picture(result: tw.Result) -> None:
     assert figure.axes[0].has_data() and figure.axes[0].get_title(loc="left")
 
 
+def test_planned_loads_have_a_picture(files: Path) -> None:
+    has_picture(tw.identify.stiffness([], model=MODEL, plan="planned.toml"))
+
+
 def check(command: tuple[str, ...], files: Path, program: Any) -> None:
     cases = SHORT | LONG
     call, flags = cases[command]

@@ -23,7 +23,8 @@ _MILLI = 1e3
 
 _HEIGHT_IN = 3.6
 _BAR_IN = 0.24
-_TITLE_COLUMNS = 95
+# Names of bars take room beside a title.
+_TITLE_COLUMNS, _TITLE_COLUMNS_OF_BARS = 95, 68
 
 _MOVING = {"feed rising", "steady", "feed falling"}
 
@@ -35,19 +36,18 @@ def plot(result: Result, ax: Axes | None = None) -> Figure:
     if name in _WITHOUT:
         raise NotImplementedError(_WITHOUT[name])
     draw = _PICTURES[name]
-    title = textwrap.fill(result.sentence, _TITLE_COLUMNS)
-    if ax is not None:
-        draw(result, ax)
-        ax.set_title(title, loc="left", fontsize="medium")
-        return cast("Figure", ax.get_figure(root=True))
-    figure, ax = pyplot.subplots(figsize=(8, _HEIGHT_IN), layout="constrained")
+    given = ax
+    if ax is None:
+        figure, ax = pyplot.subplots(figsize=(8, _HEIGHT_IN), layout="constrained")
+        # It is shown by its value; the backend of a notebook would show it again.
+        pyplot.close(figure)
     bars = draw(result, ax)
-    ax.set_title(title, loc="left", fontsize="medium")
-    if bars is not None:
+    columns = _TITLE_COLUMNS if bars is None else _TITLE_COLUMNS_OF_BARS
+    ax.set_title(textwrap.fill(result.sentence, columns), loc="left", fontsize="medium")
+    figure = cast("Figure", ax.get_figure(root=True))
+    if given is None and bars is not None:
         figure.set_size_inches(8, max(_HEIGHT_IN, 1.2 + _BAR_IN * bars))
-    # It is shown by its value; the backend of a notebook would show it again.
-    pyplot.close(figure)
-    return cast("Figure", figure)
+    return figure
 
 
 def _weld(result: Result, ax: Axes) -> None:
@@ -159,13 +159,13 @@ def _plan(result: Result, ax: Axes) -> int:
         if of.best_log in logs:
             x = logs.index(of.best_log)
             ax.plot(x, k, "o", color=_COLOURS[1])
-            ax.text(x + 0.1, k, f"from {_number(of.value)} {of.unit}", va="center", fontsize="small")
-    hidden = [f"{of.effect} {of.at}".strip() for of in result.not_shown]
-    names = [*(name for name, _ in rows), *(f"{name}: not shown" for name in hidden)]
+            unit = "" if of.unit == "1" else f" {of.unit}"
+            ax.text(x + 0.1, k, f"from {_number(of.value)}{unit}", va="center", fontsize="small")
     ax.set_xticks(range(len(logs)), logs, rotation=30, ha="right")
-    ax.set_yticks(range(len(names)), names)
-    ax.set(xlim=(-0.5, len(logs) + 0.5), ylim=(len(names) - 0.5, -0.5), xlabel="log that shows it best")
-    return len(names)
+    ax.set_yticks(range(len(rows)), [name for name, _ in rows])
+    label = f"log that shows it best; {len(result.not_shown)} more effects are shown by none"
+    ax.set(xlim=(-0.5, len(logs) + 0.5), ylim=(len(rows) - 0.5, -0.5), xlabel=label)
+    return len(rows)
 
 
 def _identify(result: Result, ax: Axes) -> int:
