@@ -38,7 +38,7 @@ class Law(Protocol):
 
     ``__getstate__()`` and ``__setstate__(state)``
         what it keeps from period to period, for a state of a :class:`Simulation` (default: its
-        attributes); it is pickled.
+        attributes); it is pickled. A function keeps nothing: its copies share what it changes.
 
     Every run has a law of its own: a deep copy of the object. What a law raises ends the command.
     """
