@@ -1,6 +1,6 @@
 """Measures what the package costs: the table of overheads in docs/python.md.
 
-    python python/benchmark.py [WELDS]
+    python -P python/benchmark.py [WELDS]
 
 Times are of the processor, of all threads and of programs that are started, so that they do not
 depend on what else the machine does. The welds on all cores are timed by the clock, in turn with the

@@ -6,7 +6,7 @@ use trueweld::WeldingCell;
 use trueweld::core::compensation::{Compensator, Observation};
 use trueweld::core::state::{StateError, StateResult, StateVisitor, Stateful};
 use trueweld::core::{Fault, Robot, Twist};
-use trueweld::laws::{Entry, Uncompensated};
+use trueweld::laws::{Entry, OwnedLaw, Uncompensated};
 use trueweld::plant::controllers::ControllerKind;
 use trueweld::plant::provenance::Provenance;
 use trueweld::plant::simulate::{
@@ -67,11 +67,11 @@ impl Setting {
     }
 
     /// The law as it is before a weld; `None` where there is none but the correction.
-    fn build_law(&self, seed: u64) -> Result<Option<OwnedStepLaw>, RunError> {
+    fn build_law(&self, seed: u64) -> Result<Option<OwnedLaw>, RunError> {
         if self.law.name() == Entry::of::<Uncompensated>().name() {
             return Ok(None);
         }
-        self.scenario(seed).build_law().map(Some)
+        self.scenario(seed).build_law().map(|law| Some(OwnedLaw(law)))
     }
 
     /// See [`SettingDigest`].
@@ -89,12 +89,9 @@ impl Setting {
     }
 }
 
-/// A law on the heap.
-type OwnedStepLaw = Box<dyn Compensator<f64> + Send>;
-
 /// A law with a correction from outside added to what it demands.
 struct SteppedLaw {
-    inner: Option<OwnedStepLaw>,
+    inner: Option<OwnedLaw>,
     added: Twist<f64>,
 }
 
