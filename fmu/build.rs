@@ -40,6 +40,14 @@ fn main() -> Result<(), Box<dyn error::Error>> {
 fn files(root: &Path) -> io::Result<Vec<String>> {
     let mut files = source_files(root)?;
     files.extend(OTHER_MEMBERS.into_iter().chain(LICENSES).map(str::to_owned));
+    // Cargo builds nothing of a workspace in which a benchmark is missing that a manifest names.
+    let manifests = files.clone().into_iter();
+    for folder in manifests.filter_map(|file| Some(file.strip_suffix("/Cargo.toml")?.to_owned())) {
+        let benches = format!("{folder}/benches");
+        if root.join(&benches).is_dir() {
+            collect(root, &benches, &mut files)?;
+        }
+    }
     for folder in EMBEDDED {
         collect(root, &format!("fixtures/{folder}"), &mut files)?;
     }
