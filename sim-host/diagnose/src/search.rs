@@ -371,7 +371,8 @@ pub(super) fn add_effects(ctx: &SearchContext<'_>, single: Fitted) -> Explained 
 /// second effect brings.
 fn add_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted, Vec<Fitted>)> {
     let problem = ctx.problem;
-    let mut further = add_each_effect(ctx, fitted).into_iter();
+    let counts = |more: &Fitted| is_significant(problem, fitted, more);
+    let mut further = add_each_effect(ctx, fitted).into_iter().filter(counts);
     let more = further.next()?;
     let last = more.point.shared.len() - 1;
     // What the others gain on the way is not the new one's.
@@ -404,8 +405,8 @@ fn add_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Option<(Fitted, Fitte
     }
 }
 
-/// The effects that bring more than chance beside those of a fit, fitted with them, the one that
-/// brings the most first.
+/// The effects that lower the cost beside those of a fit, fitted with them, the one that lowers it
+/// most first.
 pub(crate) fn add_each_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Vec<Fitted> {
     let Ok(given) = evaluate_uncalibrated(ctx.problem, ctx.blocks, fitted) else {
         return Vec::new();
@@ -423,6 +424,6 @@ pub(crate) fn add_each_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Vec<F
     let mut next = fit_all(&beside, &others);
     // Less than a turn of a wave is none to be named, and a part of the error all the same.
     let open = |f: &Fitted| found_effects(ctx.problem, f).iter().any(FittedEffect::has_open_order);
-    next.retain(|f| is_significant(ctx.problem, fitted, f) && !open(f));
+    next.retain(|f| f.cost < fitted.cost && !open(f));
     next
 }
