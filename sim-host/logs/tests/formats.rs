@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! BOLERO_RANDOM_ITERATIONS=10000000 TMPDIR=/dev/shm cargo test --profile bench -p trueweld-logs \
-//!     --features mcap,parquet --test all damaged
+//!     --features mcap,parquet,rosbag --test all damaged
 //! ```
 
 #[path = "../../../tests/src/mutation.rs"]
@@ -16,7 +16,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
 use trueweld_logs::log::Log;
-use trueweld_logs::log::import::propose;
+use trueweld_logs::log::import::{Stated, propose};
 
 const ROWS: usize = 12;
 
@@ -156,51 +156,102 @@ fn parquet() -> Case {
     case("parquet", log_toml("a.parquet", "", |k| format!("c{k}")), vec![("a.parquet", bytes)])
 }
 
+/// A message of ROS 2 in CDR: numbers stand at multiples of their size.
+#[cfg(any(feature = "mcap", feature = "rosbag"))]
+struct CdrWriter(Vec<u8>);
+
+#[cfg(any(feature = "mcap", feature = "rosbag"))]
+impl CdrWriter {
+    /// With a header of that time, s, and frame.
+    fn stamped(time: f64, frame: &str) -> Self {
+        let mut cdr = Self(vec![0, 1, 0, 0]);
+        cdr.header(time, frame);
+        cdr
+    }
+
+    fn header(&mut self, time: f64, frame: &str) {
+        let stamp = (time * 1e9).round() as u64;
+        self.whole((stamp / 1_000_000_000) as u32);
+        self.whole((stamp % 1_000_000_000) as u32);
+        self.text(frame);
+    }
+
+    fn pad(&mut self, to: usize) {
+        while !(self.0.len() - 4).is_multiple_of(to) {
+            self.0.push(0);
+        }
+    }
+
+    fn whole(&mut self, number: u32) {
+        self.pad(4);
+        self.0.extend(number.to_le_bytes());
+    }
+
+    fn text(&mut self, text: &str) {
+        self.whole(text.len() as u32 + 1);
+        self.0.extend(text.as_bytes());
+        self.0.push(0);
+    }
+
+    fn numbers(&mut self, numbers: &[f64]) {
+        for number in numbers {
+            self.pad(8);
+            self.0.extend(number.to_le_bytes());
+        }
+    }
+
+    fn joint_state(values: [f64; 8]) -> Vec<u8> {
+        let mut cdr = Self::stamped(values[0], "base");
+        cdr.whole(6);
+        (1..=6).for_each(|joint| cdr.text(&format!("joint_a{joint}")));
+        for list in [&values[1..7], &[], &[0.0, values[7], 0.0, 0.0, 0.0, 0.0]] {
+            cdr.whole(list.len() as u32);
+            cdr.numbers(list);
+        }
+        cdr.0
+    }
+
+    /// What a transform or a pose holds, by rows.
+    fn transforms(frames: &[(&str, f64, [f64; 7])]) -> Vec<u8> {
+        let mut cdr = Self(vec![0, 1, 0, 0]);
+        cdr.whole(frames.len() as u32);
+        for (frame, time, numbers) in frames {
+            cdr.header(*time, "world");
+            cdr.text(frame);
+            cdr.numbers(numbers);
+        }
+        cdr.0
+    }
+}
+
+#[cfg(any(feature = "mcap", feature = "rosbag"))]
+fn ros_name(k: usize) -> String {
+    match k {
+        0 => "time".to_owned(),
+        7 => "effort joint_a2".to_owned(),
+        k => format!("position joint_a{k}"),
+    }
+}
+
+/// Messages with their times, s.
 #[cfg(feature = "mcap")]
-fn mcap() -> Case {
+type Messages = Vec<(f64, Vec<u8>)>;
+
+/// A recording of these topics: name, type, and messages.
+#[cfg(feature = "mcap")]
+fn mcap_of(topics: &[(&str, &str, Messages)]) -> Vec<u8> {
     use std::collections::BTreeMap;
     let mut bytes = std::io::Cursor::new(Vec::new());
     let mut writer = mcap::Writer::new(&mut bytes).expect("a writer");
-    let schema = writer.add_schema("sensor_msgs/msg/JointState", "ros2msg", b"").expect("a schema");
-    let other = writer.add_schema("std_msgs/msg/String", "ros2msg", b"").expect("a schema");
-    let channel =
-        writer.add_channel(schema, "/joint_states", "cdr", &BTreeMap::new()).expect("a channel");
-    let chat = writer.add_channel(other, "/chat", "cdr", &BTreeMap::new()).expect("a channel");
-    for k in 0..ROWS {
-        let values = row(k);
-        let mut cdr = vec![0, 1, 0, 0];
-        let pad = |cdr: &mut Vec<u8>, to: usize| {
-            while !(cdr.len() - 4).is_multiple_of(to) {
-                cdr.push(0);
-            }
-        };
-        let stamp = (values[0] * 1e9).round() as u64;
-        cdr.extend(((stamp / 1_000_000_000) as u32).to_le_bytes());
-        cdr.extend(((stamp % 1_000_000_000) as u32).to_le_bytes());
-        let text = |cdr: &mut Vec<u8>, text: &str| {
-            pad(cdr, 4);
-            cdr.extend((text.len() as u32 + 1).to_le_bytes());
-            cdr.extend(text.as_bytes());
-            cdr.push(0);
-        };
-        text(&mut cdr, "base");
-        pad(&mut cdr, 4);
-        cdr.extend(6u32.to_le_bytes());
-        for joint in 1..=6 {
-            text(&mut cdr, &format!("joint_a{joint}"));
-        }
-        for list in [&values[1..7], &[], &[0.0, values[7], 0.0, 0.0, 0.0, 0.0]] {
-            pad(&mut cdr, 4);
-            cdr.extend((list.len() as u32).to_le_bytes());
-            for value in list {
-                pad(&mut cdr, 8);
-                cdr.extend(value.to_le_bytes());
-            }
-        }
-        for (channel_id, data) in [(channel, cdr.as_slice()), (chat, b"\0\x01\0\0\x01\0\0\0\0")] {
+    for (topic, kind, messages) in topics {
+        let schema = writer.add_schema(kind, "ros2msg", b"").expect("a schema");
+        let channel_id =
+            writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).expect("a channel");
+        for (sequence, (time, data)) in (0..).zip(messages) {
+            let stamp = (time * 1e9).round() as u64;
             let header = mcap::records::MessageHeader {
                 channel_id,
-                sequence: k as u32,
+                sequence,
                 log_time: stamp,
                 publish_time: stamp,
             };
@@ -209,13 +260,194 @@ fn mcap() -> Case {
     }
     writer.finish().expect("a file");
     drop(writer);
-    let name = |k: usize| match k {
-        0 => "time".to_owned(),
-        7 => "effort joint_a2".to_owned(),
-        k => format!("position joint_a{k}"),
-    };
+    bytes.into_inner()
+}
+
+/// The recording with its chunks packed.
+#[cfg(feature = "mcap")]
+fn packed(bytes: &[u8], name: &str, pack: impl Fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
+    let (mut out, mut at) = (bytes[..8].to_vec(), 8);
+    while at + 9 < bytes.len() {
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().expect("a length"));
+        let data = &bytes[at + 9..at + 9 + length as usize];
+        // Times, size and checksum, then what packs it: nothing.
+        let chunk = match bytes[at] {
+            6 => {
+                let records = pack(&data[40..]);
+                let mut chunk = data[..28].to_vec();
+                chunk.extend((name.len() as u32).to_le_bytes());
+                chunk.extend(name.as_bytes());
+                chunk.extend((records.len() as u64).to_le_bytes());
+                chunk.extend(records);
+                chunk
+            }
+            _ => data.to_vec(),
+        };
+        out.push(bytes[at]);
+        out.extend((chunk.len() as u64).to_le_bytes());
+        out.extend(chunk);
+        at += 9 + data.len();
+    }
+    out.extend(&bytes[at..]);
+    out
+}
+
+#[cfg(feature = "mcap")]
+fn mcap() -> Case {
+    let joints = (0..ROWS).map(|k| (row(k)[0], CdrWriter::joint_state(row(k)))).collect();
+    let chat = (0..ROWS).map(|k| (row(k)[0], b"\0\x01\0\0\x01\0\0\0\0".to_vec())).collect();
+    let bytes = mcap_of(&[
+        ("/joint_states", "sensor_msgs/msg/JointState", joints),
+        ("/chat", "std_msgs/msg/String", chat),
+    ]);
     let topic = ", topic = \"/joint_states\"";
-    case("mcap", log_toml("a.mcap", topic, name), vec![("a.mcap", bytes.into_inner())])
+    case("mcap", log_toml("a.mcap", topic, ros_name), vec![("a.mcap", bytes)])
+}
+
+/// The tables that `rosbag2_storage_sqlite3` writes: topics, and messages with their time of receipt.
+#[cfg(feature = "rosbag")]
+fn rosbag() -> Case {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.db3");
+    let bag = rusqlite::Connection::open(&path).expect("a database");
+    bag.execute_batch(
+        "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, \
+         serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL); \
+         CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, \
+         timestamp INTEGER NOT NULL, data BLOB NOT NULL); \
+         CREATE INDEX timestamp_idx ON messages (timestamp ASC); \
+         INSERT INTO topics VALUES(1, '/joint_states', 'sensor_msgs/msg/JointState', 'cdr', ''); \
+         INSERT INTO topics VALUES(2, '/chat', 'std_msgs/msg/String', 'cdr', '');",
+    )
+    .expect("tables");
+    for k in 0..ROWS {
+        let data = CdrWriter::joint_state(row(k));
+        let stamp = (row(k)[0] * 1e9) as i64;
+        let insert = "INSERT INTO messages(topic_id, timestamp, data) VALUES(?1, ?2, ?3)";
+        bag.execute(insert, (1, stamp, data)).expect("a message");
+        bag.execute(insert, (2, stamp, vec![0u8, 1, 0, 0, 1, 0, 0, 0, 0])).expect("a message");
+    }
+    drop(bag);
+    let bytes = fs::read(&path).expect("a file");
+    case("rosbag", log_toml("a.db3", "", ros_name), vec![("a.db3", bytes)])
+}
+
+/// An array as `numpy.save` writes it.
+fn npy_of(kind: &str, shape: &str, numbers: impl IntoIterator<Item = f64>) -> Vec<u8> {
+    let mut header = format!("{{'descr': {kind}, 'fortran_order': False, 'shape': {shape}, }}");
+    header += &" ".repeat(63 - (10 + header.len()) % 64);
+    header.push('\n');
+    let mut bytes = b"\x93NUMPY\x01\0".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(numbers.into_iter().flat_map(f64::to_le_bytes));
+    bytes
+}
+
+fn npy() -> Case {
+    let numbers = (0..ROWS).flat_map(row);
+    let bytes = npy_of("'<f8'", &format!("({ROWS}, 8)"), numbers);
+    let number = |k: usize| (k + 1).to_string();
+    case("npy", log_toml("a.npy", "", number), vec![("a.npy", bytes)])
+}
+
+/// Columns with names, as `DataFrame.to_records` gives them.
+fn records() -> Case {
+    let kind = "[('t', '<f8'), ('q', '<f8', (6,)), ('tau2', '<f8')]";
+    let bytes = npy_of(kind, &format!("({ROWS},)"), (0..ROWS).flat_map(row));
+    let name = |k: usize| match k {
+        0 => "t".to_owned(),
+        7 => "tau2".to_owned(),
+        k => format!("q[{}]", k - 1),
+    };
+    case("records", log_toml("a.npy", "", name), vec![("a.npy", bytes)])
+}
+
+fn npz() -> Case {
+    use std::io::Write as _;
+    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    let packed = zip::write::SimpleFileOptions::default()
+        .compression_method(zip::CompressionMethod::Deflated);
+    let vector =
+        |place: usize| npy_of("'<f8'", &format!("({ROWS},)"), (0..ROWS).map(|k| row(k)[place]));
+    let angles =
+        npy_of("'<f8'", &format!("({ROWS}, 6)"), (0..ROWS).flat_map(|k| row(k)[1..7].to_vec()));
+    for (name, bytes) in [("t.npy", vector(0)), ("q.npy", angles), ("tau2.npy", vector(7))] {
+        archive.start_file(name, packed).expect("a file");
+        archive.write_all(&bytes).expect("a file");
+    }
+    let bytes = archive.finish().expect("an archive").into_inner();
+    let name = |k: usize| match k {
+        0 => "t".to_owned(),
+        7 => "tau2".to_owned(),
+        k => format!("q[{}]", k - 1),
+    };
+    case("npz", log_toml("a.npz", "", name), vec![("a.npz", bytes)])
+}
+
+/// An element of a MAT file, filled up to a multiple of 8.
+fn element(kind: u32, data: &[u8]) -> Vec<u8> {
+    let mut bytes = [kind.to_le_bytes(), (data.len() as u32).to_le_bytes()].concat();
+    bytes.extend(data);
+    bytes.resize(bytes.len().next_multiple_of(8), 0);
+    bytes
+}
+
+/// An array of doubles by columns, as `save` writes it.
+fn mat_array(name: &str, rows: usize, columns: &[Vec<f64>]) -> Vec<u8> {
+    let sizes = [rows as i32, columns.len() as i32].map(i32::to_le_bytes).concat();
+    let numbers: Vec<u8> = columns.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
+    let parts = [
+        element(6, &[6, 0, 0, 0, 0, 0, 0, 0]),
+        element(5, &sizes),
+        element(1, name.as_bytes()),
+        element(9, &numbers),
+    ];
+    element(14, &parts.concat())
+}
+
+fn mat_header() -> Vec<u8> {
+    let mut bytes = b"MATLAB 5.0 MAT-file, Platform: GLNXA64".to_vec();
+    bytes.resize(124, b' ');
+    bytes.extend([0, 1, b'I', b'M']);
+    bytes
+}
+
+/// Arrays of a recording, each an element.
+fn mat_arrays() -> [Vec<u8>; 3] {
+    let column = |place: usize| (0..ROWS).map(|k| row(k)[place]).collect::<Vec<_>>();
+    let angles: Vec<Vec<f64>> = (1..7).map(column).collect();
+    // Of 1 × N the time, as `0:dt:T` makes it.
+    let time: Vec<Vec<f64>> = column(0).into_iter().map(|t| vec![t]).collect();
+    [mat_array("t", 1, &time), mat_array("q", ROWS, &angles), mat_array("tau2", ROWS, &[column(7)])]
+}
+
+fn mat_name(k: usize) -> String {
+    match k {
+        0 => "t".to_owned(),
+        7 => "tau2".to_owned(),
+        k => format!("q({k})"),
+    }
+}
+
+fn mat() -> Case {
+    let bytes = [mat_header(), mat_arrays().concat()].concat();
+    case("mat", log_toml("a.mat", "", mat_name), vec![("a.mat", bytes)])
+}
+
+/// Packed, as MATLAB saves by default.
+fn mat_packed() -> Case {
+    use std::io::Write as _;
+    let mut bytes = mat_header();
+    for array in mat_arrays() {
+        let mut packer =
+            flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::default());
+        packer.write_all(&array).expect("an array");
+        let packed = packer.finish().expect("an array");
+        bytes.extend([15u32.to_le_bytes(), (packed.len() as u32).to_le_bytes()].concat());
+        bytes.extend(packed);
+    }
+    case("mat packed", log_toml("a.mat", "", mat_name), vec![("a.mat", bytes)])
 }
 
 fn cases() -> Vec<Case> {
@@ -227,6 +459,13 @@ fn cases() -> Vec<Case> {
         parquet(),
         #[cfg(feature = "mcap")]
         mcap(),
+        #[cfg(feature = "rosbag")]
+        rosbag(),
+        npy(),
+        records(),
+        npz(),
+        mat(),
+        mat_packed(),
     ]
 }
 
@@ -253,15 +492,16 @@ fn every_format_reads_as_the_same_log() {
 fn every_format_is_recognised() {
     for case in cases() {
         let file = case.folder.path().join(case.files[0]);
-        let found = propose(&[file], None, None).unwrap_or_else(|e| panic!("{}: {e}", case.name));
+        let found = propose(&[file], None, Stated::default())
+            .unwrap_or_else(|e| panic!("{}: {e}", case.name));
         let mapped: Vec<String> = found
             .columns
             .iter()
             .filter_map(|c| c.mapping.as_ref().ok())
             .map(|m| m.line())
             .collect();
-        // Columns named c0 … c7 say nothing.
-        if case.name != "parquet" {
+        // Columns named c0 … c7, or by their numbers, say nothing.
+        if !["parquet", "npy"].contains(&case.name) {
             let encoders = mapped.iter().filter(|line| line.contains("channel = \"qe"));
             assert_eq!(encoders.count(), 6, "{}: {mapped:?}", case.name);
         }
@@ -277,7 +517,8 @@ fn damaged(case: &Case, words: &[&str]) {
         never_breaks(&format!("{} {name}", case.name), &good, words, |bytes| {
             fs::write(&path, bytes).expect("a file");
             // Reads every row, and needs no robot, whose file takes longer than such a log.
-            let mut errors = vec![propose(std::slice::from_ref(&first), None, None).err()];
+            let mut errors =
+                vec![propose(std::slice::from_ref(&first), None, Stated::default()).err()];
             if bytes.iter().fold(0, |sum: u8, byte| sum.wrapping_add(*byte)) % 4 == 0 {
                 errors.push(Log::read(folder).err());
             }
@@ -316,6 +557,87 @@ fn damaged_mcap_is_read_or_refused() {
     damaged(&mcap(), &["MCAP0", "sensor_msgs/msg/JointState", "cdr"]);
 }
 
+#[cfg(feature = "rosbag")]
+#[test]
+fn damaged_bags_are_read_or_refused() {
+    damaged(&rosbag(), &["SQLite format 3", "CREATE TABLE topics", "cdr"]);
+}
+
+#[test]
+fn damaged_arrays_are_read_or_refused() {
+    damaged(&npy(), &["'<f8'", "'|O'", "(12, 8)", "'fortran_order': True"]);
+}
+
+#[test]
+fn damaged_records_are_read_or_refused() {
+    damaged(&records(), &["('q', '<f8', (6,))", "'<M8[ns]'", "(12,)"]);
+}
+
+#[test]
+fn damaged_archives_of_arrays_are_read_or_refused() {
+    damaged(&npz(), &["PK\x01\x02", "PK\x05\x06", ".npy"]);
+}
+
+#[test]
+fn damaged_mat_files_are_read_or_refused() {
+    damaged(&mat(), &["MATLAB 5.0", "MI", "\x0e\0\0\0"]);
+}
+
+#[test]
+fn damaged_packed_mat_files_are_read_or_refused() {
+    damaged(&mat_packed(), &["MATLAB 5.0", "\x0f\0\0\0"]);
+}
+
+/// Every message that is read, in chunks that are packed either way.
+#[cfg(feature = "mcap")]
+#[test]
+fn messages_of_instruments_are_read_whatever_packs_them() {
+    let pose = [0.1, 0.2, 0.3, 0.0, 0.0, 0.0, 1.0];
+    let stamped = |time: f64, numbers: &[f64]| {
+        let mut cdr = CdrWriter::stamped(time, "base");
+        cdr.numbers(numbers);
+        cdr.0
+    };
+    let transform = |time: f64| {
+        let mut cdr = CdrWriter::stamped(time, "base");
+        cdr.text("tool0");
+        cdr.numbers(&pose);
+        cdr.0
+    };
+    // As `robot_state_publisher` and a tracker's driver share `/tf`.
+    let frames = |time: f64| CdrWriter::transforms(&[("tool0", time, pose), ("smr", time, pose)]);
+    let all = |of: &dyn Fn(f64) -> Vec<u8>| {
+        (0..5).map(|k| (0.01 * f64::from(k), of(0.01 * f64::from(k)))).collect()
+    };
+    let bytes = mcap_of(&[
+        ("/wrench", "geometry_msgs/msg/WrenchStamped", all(&|t| stamped(t, &pose[..6]))),
+        ("/point", "geometry_msgs/msg/PointStamped", all(&|t| stamped(t, &pose[..3]))),
+        ("/pose", "geometry_msgs/msg/PoseStamped", all(&|t| stamped(t, &pose))),
+        ("/transform", "geometry_msgs/msg/TransformStamped", all(&transform)),
+        ("/tf", "tf2_msgs/msg/TFMessage", all(&frames)),
+    ]);
+    let zstd = |data: &[u8]| {
+        ruzstd::encoding::compress_to_vec(data, ruzstd::encoding::CompressionLevel::Fastest)
+    };
+    let lz4 = |data: &[u8]| {
+        use std::io::Write as _;
+        let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::new());
+        encoder.write_all(data).expect("a chunk");
+        encoder.finish().expect("a chunk")
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.mcap");
+    for bytes in [bytes.clone(), packed(&bytes, "zstd", zstd), packed(&bytes, "lz4", lz4)] {
+        fs::write(&path, bytes).expect("a file");
+        let found = propose(std::slice::from_ref(&path), None, Stated::default()).expect("topics");
+        let topics: Vec<_> = found.files.iter().filter_map(|f| f.topic.as_deref()).collect();
+        assert_eq!(topics, ["/point", "/pose", "/tf smr", "/tf tool0", "/transform", "/wrench"]);
+        assert!(found.files.iter().all(|file| file.rows == 5));
+        let of = |file: usize| found.columns.iter().filter(|c| c.file == file).count();
+        assert_eq!([0, 1, 2, 3, 4, 5].map(of), [4, 8, 8, 8, 8, 7]);
+    }
+}
+
 /// Sizes of chunks and records stand at the front.
 #[cfg(feature = "mcap")]
 #[test]
@@ -327,7 +649,7 @@ fn any_bit_of_a_recording_may_be_wrong() {
         let mut bytes = good.clone();
         bytes[bit / 8] ^= 1 << (bit % 8);
         fs::write(&path, &bytes).expect("a file");
-        let _ = propose(std::slice::from_ref(&path), None, None);
+        let _ = propose(std::slice::from_ref(&path), None, Stated::default());
     }
 }
 
@@ -341,6 +663,6 @@ fn a_table_that_claims_a_schema_longer_than_itself_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.parquet");
     fs::write(&path, [b"PAR1".as_slice(), &footer, &length, b"PAR1"].concat()).expect("a file");
-    let error = propose(&[path], None, None).map(drop).expect_err("it is damaged");
+    let error = propose(&[path], None, Stated::default()).map(drop).expect_err("it is damaged");
     assert!(error.message().contains("cannot be read as Parquet"), "{error}");
 }

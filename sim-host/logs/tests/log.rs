@@ -311,6 +311,66 @@ fn what_programs_write_for_no_value_is_a_missing_one() {
 }
 
 #[test]
+fn a_number_that_stands_for_none_is_a_missing_value_and_told() {
+    let (text, torque) = (long(40, |_| false, |_| false), 9);
+    let with = |place: usize, number: &str| {
+        let line = text.lines().nth(9).unwrap();
+        let mut fields: Vec<&str> = line.split(',').collect();
+        fields[place] = number;
+        text.replace(line, &fields.join(","))
+    };
+    let log = free(with(torque, "-9999")).unwrap();
+    let column = "tm2_nm";
+    assert!(log.notices.contains(&LogNotice::Sentinel { column, value: -9999.0, rows: 1 }));
+    assert!(log.samples.motor_torque[1].as_ref().unwrap()[8].is_nan());
+    // Of an encoder, whose limits it is beyond.
+    let log = free(with(1, "-999")).unwrap();
+    assert!(log.notices.iter().any(|n| matches!(n, LogNotice::Sentinel { rows: 1, .. })));
+}
+
+#[test]
+fn what_other_channels_add_to_a_column_is_added() {
+    let toml = |line: &str| log_toml("free-motion", &format!("[columns]\n{line}\n"));
+    let sum =
+        "\"qe3_rad\" = { channel = \"qe3\", unit = \"rad\", plus = { qe2 = 1.0, qe1 = -0.5 } }";
+    let (plain, summed) = (free(FREE).unwrap(), parse(&toml(sum), FREE).unwrap());
+    for (a, b) in plain.samples.encoder.iter().zip(&summed.samples.encoder) {
+        assert!((b[2] - (a[2] + a[1] - 0.5 * a[0])).abs() < 1e-12);
+    }
+    for (line, expected) in [
+        (sum.replace("qe1", "tm1"), "another channel in rad"),
+        (sum.replace("qe1", "ql2"), "a channel of the same file"),
+    ] {
+        let error = parse(&toml(&line), FREE).map(drop).expect_err(&line);
+        assert!(told(&error).contains(expected), "{}", told(&error));
+    }
+}
+
+#[test]
+fn rows_that_came_in_bursts_are_spread_where_their_rhythm_is_even() {
+    let text = long(41, |_| false, |_| false);
+    let stamped = |every: usize| {
+        let (header, rows) = text.split_once('\n').unwrap();
+        let of = |(k, line): (usize, &str)| {
+            let (_, rest) = line.split_once(',').unwrap();
+            format!("{:.3},{rest}\n", 0.004 * (every * (k / every)) as f64)
+        };
+        let rows: String = rows.lines().enumerate().map(of).collect();
+        format!("{header}\n{rows}")
+    };
+    let uneven = |text: String| parse(&log_toml("free-motion", ""), text);
+    let log = uneven(stamped(5)).unwrap();
+    assert!(log.notices.contains(&LogNotice::Bursts { rows: 5 }), "{:?}", log.notices);
+    let steps = log.samples.time.windows(2).map(|w| w[1] - w[0]);
+    assert!(steps.into_iter().all(|step| (step - 0.004).abs() < 1e-9));
+    // A row is missing from a burst: where, nobody knows.
+    let mut lines: Vec<String> = stamped(5).lines().map(str::to_owned).collect();
+    lines.remove(12);
+    let error = uneven(lines.join("\n")).map(drop).expect_err("uneven bursts");
+    assert!(told(&error).contains("a second time"), "{}", told(&error));
+}
+
+#[test]
 fn other_separators_and_decimal_commas_are_recognised() {
     refused(
         free(FREE.replace(',', ";")),
@@ -380,7 +440,15 @@ fn a_row_that_is_written_twice_counts_once() {
 fn times_of_day_and_a_stated_period_are_times() {
     let expected = free(FREE).unwrap();
     let of = |from: &str, to: &str| FREE.replace(from, to);
-    for text in [of("\n0.00", "\n10:57:00.00"), of("\n0.00", "\n2024-05-17T10:57:00.00")] {
+    let midnight =
+        FREE.replace("\n0.000,", "\n23:59:59.996,").replace("\n0.004,", "\n00:00:00.000,");
+    let midnight = midnight.replace("\n0.008,", "\n00:00:00.004,");
+    for text in [
+        of("\n0.00", "\n10:57:00.00"),
+        of("\n0.00", "\n2024-05-17T10:57:00.00"),
+        of("\n0.00", "\n17.05.2024 10:57:00.00"),
+        midnight,
+    ] {
         let log = free(text).unwrap();
         let passed = |log: &Log| log.samples.time.iter().map(|t| t - log.samples.time[0]).collect();
         let (now, then): (Vec<f64>, Vec<f64>) = (passed(&log), passed(&expected));

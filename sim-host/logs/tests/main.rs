@@ -3,3 +3,4 @@
 mod formats;
 mod log;
 mod pair;
+mod public;

@@ -2,7 +2,7 @@
 //! wrench and what hangs on the flange have files of their own.
 
 use super::payload::payload;
-use super::pose::{column, exchanged};
+use super::pose::{column, coupled, exchanged};
 use super::reading::WHOLE_SLOPE_TOLERANCE;
 use super::relation::{FACTOR, FOLLOWS, ProductSums, RELATION_ROWS_MIN};
 use super::rows::{LogRow, TorqueParts};
@@ -14,7 +14,7 @@ use nalgebra::{SMatrix, SVector};
 use trueweld_core::{JOINTS, JointVector, Robot};
 use trueweld_logs::HALF_95;
 use trueweld_logs::channel::LogChannel;
-use trueweld_logs::log::Log;
+use trueweld_logs::log::{Coupling, Log};
 
 /// Torque or predicted torque below this share of the drive's limit says nothing.
 const TELLING_TORQUE_SHARE_MIN: f64 = 0.01;
@@ -67,7 +67,7 @@ fn torques(logs: &[Log], rows: &[Vec<LogRow>], robot: &Robot<f64>) -> Vec<Mistak
         own[i].count >= RELATION_ROWS_MIN
             && own[i].size() > TELLING_TORQUE_SHARE_MIN * robot.parameters().joints[i].max_torque
     };
-    let mut found = encoders(logs, &with, &predicted, &sums, &own, &in_logs);
+    let mut found = encoders(logs, &with, &predicted, &sums, &own, &in_logs, &Coupling::all(robot));
     if !found.is_empty() {
         return found;
     }
@@ -247,8 +247,8 @@ type PredictedTorques<'a> =
 /// Products of predicted and recorded torques, of a predicted and of a recorded joint.
 type Products<'a> = dyn Fn(&[JointVector<f64>], usize, usize) -> ProductSums + 'a;
 
-/// Encoders that count the other way or stand in each other's place, where no tracker says so: all
-/// torques then follow better.
+/// Encoders that count the other way, from the horizontal, or stand in each other's place, where no
+/// tracker says so: all torques then follow better.
 fn encoders(
     logs: &[Log],
     with: &[usize],
@@ -256,6 +256,7 @@ fn encoders(
     sums: &Products<'_>,
     own: &[ProductSums],
     in_logs: &[String],
+    couplings: &[Coupling],
 ) -> Vec<Mistake> {
     if with.iter().any(|k| logs[*k].samples.position.is_some()) {
         return Vec::new();
@@ -308,6 +309,11 @@ fn encoders(
             let changes = exchanged(encoder, i, j, "rad");
             take(MistakeKind::Exchanged, vec![i, j], after, changes);
         }
+    }
+    for coupling in couplings {
+        let after = share(&predicted(&|v| coupling.of(v)));
+        let columns = vec![coupling.joint, coupling.other];
+        take(MistakeKind::Coupling, columns, after, vec![coupled(*coupling)]);
     }
     best.into_iter().collect()
 }

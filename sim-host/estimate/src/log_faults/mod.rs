@@ -42,6 +42,8 @@ named! {
         Zero = "zero",
         /// Columns of two joints, or of two directions, stand in each other's place.
         Exchanged = "exchanged",
+        /// The angle of an axis is counted from the horizontal: it holds that of the joint before.
+        Coupling = "coupling",
         /// Values are in another unit.
         Unit = "unit",
         /// Values are of the motor's side of the gear.
@@ -89,6 +91,8 @@ pub struct ColumnChange {
     pub fitted: f64,
     /// What is then to be added, in the unit.
     pub offset: f64,
+    /// Column of a channel that is to be added, and how many times.
+    pub plus: Option<(usize, f64)>,
 }
 
 /// The lines of `[columns]` that undo a mistake, as they stand in the `log.toml` of some logs

@@ -14,7 +14,7 @@ use super::{ColumnChange, MisfitEvidence, Mistake, MistakeKind};
 use std::f64::consts::PI;
 use trueweld_core::{JOINTS, Pose, Robot};
 use trueweld_logs::channel::LogChannel;
-use trueweld_logs::log::Log;
+use trueweld_logs::log::{Coupling, Log, channel_named};
 use trueweld_logs::register::{self, PosePair, Registration};
 use trueweld_plant::input::unit_suffix;
 
@@ -133,7 +133,15 @@ pub(super) fn column(
     factor: f64,
 ) -> ColumnChange {
     let column = channel.entry().columns[place];
-    ColumnChange { column, channel: short(column), unit, factor, fitted: 0.0, offset: 0.0 }
+    let channel = short(column);
+    ColumnChange { column, channel, unit, factor, fitted: 0.0, offset: 0.0, plus: None }
+}
+
+/// The line of an axis that is counted from the horizontal.
+pub(super) fn coupled(coupling: Coupling) -> ColumnChange {
+    let plain = |joint: usize| column(LogChannel::Encoder, joint, "rad", 1.0);
+    let other = channel_named(plain(coupling.other).channel);
+    ColumnChange { plus: other.map(|other| (other, coupling.times)), ..plain(coupling.joint) }
 }
 
 /// The lines of two columns that stand in each other's place.
@@ -172,6 +180,10 @@ fn of_encoders(
         EncoderReading::Exchanged(a, b) => {
             let changes = exchanged(encoder, a, b, "rad");
             vec![named(MistakeKind::Exchanged, encoder, vec![a, b], changes)]
+        }
+        EncoderReading::Coupled(coupling) => {
+            let (columns, change) = (vec![coupling.joint, coupling.other], coupled(coupling));
+            vec![named(MistakeKind::Coupling, encoder, columns, vec![change])]
         }
         EncoderReading::Scaled(factor) => {
             let changes = (0..JOINTS).map(|i| in_degrees(plain(i, 1.0), factor)).collect();
@@ -228,13 +240,24 @@ fn registered(
     Some(ExplainedReading { reading, ..found })
 }
 
+/// What a reading explains with a tracker that stands anywhere and sees another point of the tool.
+fn with_tool(
+    rows: &[&LogRow],
+    robot: &Robot<f64>,
+    reading: EncoderReading,
+) -> Option<ExplainedReading> {
+    let seen = pose_pairs(rows, robot, reading);
+    let found = with(&seen, Tracker::Registered(register::frame_and_tool(&seen)?))?;
+    Some(ExplainedReading { reading, ..found })
+}
+
 /// What explains the poses of some rows; `None` where nothing does.
 fn explain(rows: &[&LogRow], robot: &Robot<f64>) -> Option<ExplainedReading> {
     let plain = pose_pairs(rows, robot, EncoderReading::Plain);
     let before = with(&plain, Tracker::Plain)?.left;
     // The simplest first: one thing wrong, then a tracker elsewhere, then both.
     let mut best = Best { limit: (EXPLAINED_MISFIT_SHARE_MAX * before).min(GROSS), found: None };
-    let readings = readings();
+    let readings = readings(robot);
     for reading in &readings {
         let seen = pose_pairs(rows, robot, *reading);
         best.take(with(&seen, Tracker::Plain).map(|e| ExplainedReading { reading: *reading, ..e }));
@@ -253,18 +276,24 @@ fn explain(rows: &[&LogRow], robot: &Robot<f64>) -> Option<ExplainedReading> {
         readings.iter().for_each(|reading| best.take(registered(rows, robot, *reading)));
     }
     if best.found.is_none() {
-        best.take(with(&plain, Tracker::Registered(register::frame_and_tool(&plain)?)));
+        best.take(with_tool(rows, robot, EncoderReading::Plain));
+    }
+    if best.found.is_none() {
+        let coupled = Coupling::all(robot).into_iter().map(EncoderReading::Coupled);
+        coupled.for_each(|reading| best.take(with_tool(rows, robot, reading)));
     }
     best.found
 }
 
 /// Every reading that changes whole joints.
-fn readings() -> Vec<EncoderReading> {
+fn readings(robot: &Robot<f64>) -> Vec<EncoderReading> {
     // Fewer reversed axes before more.
     let mut sets: Vec<u8> = (1..1 << JOINTS).collect();
     sets.sort_by_key(|set| set.count_ones());
     let pairs =
         (0..JOINTS).flat_map(|a| (a + 1..JOINTS).map(move |b| EncoderReading::Exchanged(a, b)));
     let scales = [PI / 180.0, 180.0 / PI].map(EncoderReading::Scaled);
-    sets.into_iter().map(EncoderReading::Signs).chain(pairs).chain(scales).collect()
+    let coupled = Coupling::all(robot).into_iter().map(EncoderReading::Coupled);
+    let signs = sets.into_iter().map(EncoderReading::Signs);
+    signs.chain(coupled).chain(pairs).chain(scales).collect()
 }

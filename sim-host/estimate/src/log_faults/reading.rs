@@ -2,6 +2,7 @@
 
 use super::rows::LogRow;
 use trueweld_core::{JOINTS, JointVector, Pose, Robot};
+use trueweld_logs::log::Coupling;
 use trueweld_logs::register::{PosePair, Registration};
 
 /// Poses at rest that tell a frame by themselves.
@@ -26,6 +27,8 @@ pub(super) enum EncoderReading {
     Scaled(f64),
     /// One joint on a line: slope, and offset in rad.
     Line(usize, f64, f64),
+    /// One joint that holds another one's angle as well.
+    Coupled(Coupling),
 }
 
 impl EncoderReading {
@@ -39,6 +42,7 @@ impl EncoderReading {
             Self::Exchanged(a, b) => q.swap_rows(a, b),
             Self::Scaled(factor) => q *= factor,
             Self::Line(i, slope, offset) => q[i] = slope * q[i] + offset,
+            Self::Coupled(coupling) => q = coupling.of(read),
         }
         q
     }

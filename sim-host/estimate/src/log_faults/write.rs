@@ -54,6 +54,7 @@ fn of_log(change: &ColumnChange, entries: &[ColumnMapping]) -> Vec<ColumnMapping
             unit: unit_named(change.unit).map_or("1", |unit| unit.name),
             factor: 1.0,
             offset: 0.0,
+            plus: change.plus.into_iter().collect(),
         };
         lines.push(ColumnMapping {
             factor: rounded(change.factor),
@@ -64,8 +65,8 @@ fn of_log(change: &ColumnChange, entries: &[ColumnMapping]) -> Vec<ColumnMapping
     lines
 }
 
-/// What was read is u (f n + o) of an entry's unit, factor and offset; what it should be is
-/// u' (f' u (f n + o) + o') of the change's.
+/// What was read is u (f n + o) + Σ k q of an entry's unit, factor, offset and what it adds; what it
+/// should be is u' (f' (u (f n + o) + Σ k q) + o') + Σ k' q of the change's.
 fn composed(change: &ColumnChange, entry: &ColumnMapping, column: usize) -> ColumnMapping {
     let size = |unit: Option<&Unit>| unit.map_or(1.0, |unit| unit.factor);
     let (own, new) = (unit_named(entry.unit), unit_named(change.unit));
@@ -76,9 +77,20 @@ fn composed(change: &ColumnChange, entry: &ColumnMapping, column: usize) -> Colu
     let alike = UNITS.iter().filter(|u| dimension.is_some() && u.dimension == dimension);
     let unit = own.into_iter().chain(new).chain(alike).find(whole).or(own);
     let held = size(unit);
+    let times = size(new) * change.factor;
+    let mut plus: Vec<(usize, f64)> =
+        entry.plus.iter().map(|(other, own)| (*other, rounded(times * own))).collect();
+    if let Some((other, times)) = change.plus {
+        match plus.iter_mut().find(|(known, _)| *known == other) {
+            Some((_, own)) => *own = rounded(*own + times),
+            None => plus.push((other, times)),
+        }
+    }
+    plus.retain(|(_, times)| *times != 0.0);
     ColumnMapping {
         header: entry.header.clone(),
         column,
+        plus,
         unit: unit.map_or(entry.unit, |unit| unit.name),
         factor: rounded(scale * entry.factor / held),
         offset: rounded((scale * entry.offset + size(new) * change.offset) / held),

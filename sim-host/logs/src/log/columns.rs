@@ -97,7 +97,7 @@ pub fn channel_named(name: &str) -> Option<usize> {
 }
 
 /// How one column of a file becomes one of a log: an entry of `[columns]`. The value is
-/// (factor · number + offset) in the unit.
+/// (factor · number + offset) in the unit, and what other channels of the file add.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColumnMapping {
     /// The header, or the number of the column from 1; the file's path and a colon before it where
@@ -111,6 +111,9 @@ pub struct ColumnMapping {
     pub factor: f64,
     /// Is added, in the unit.
     pub offset: f64,
+    /// Columns of other channels that are added, and how many times: an axis that is counted from
+    /// the horizontal holds the angle of the one before it.
+    pub plus: Vec<(usize, f64)>,
 }
 
 impl ColumnMapping {
@@ -133,12 +136,24 @@ impl ColumnMapping {
         if self.offset != 0.0 {
             line += &format!(", offset = {:?}", self.offset);
         }
-        line + " }"
+        line + &self.sum() + " }"
+    }
+
+    /// The entry of what other channels add; nothing where none does.
+    pub fn sum(&self) -> String {
+        let mut line = String::new();
+        if !self.plus.is_empty() {
+            let term =
+                |(column, times): &(usize, f64)| format!("{} = {times:?}", channel_name(*column));
+            let terms: Vec<String> = self.plus.iter().map(term).collect();
+            line += &format!(", plus = {{ {} }}", terms.join(", "));
+        }
+        line
     }
 
     /// Reads an entry of `[columns]`.
     pub(super) fn read(header: &str, table: &TomlTable<'_>) -> Result<Self, InputError> {
-        table.only(&["channel", "unit", "factor", "offset"])?;
+        table.only(&["channel", "unit", "factor", "offset", "plus"])?;
         let name = table.text("channel")?.text;
         let column = channel_named(name).ok_or_else(|| {
             let names: Vec<&str> = (0..MAPPABLE_COLUMNS).map(channel_name).collect();
@@ -176,8 +191,31 @@ impl ColumnMapping {
                 "It multiplies each value.",
             ));
         }
-        Ok(Self { header: header.to_owned(), column, unit: unit.name, factor, offset })
+        let plus = match table.has("plus") {
+            true => added_channels(&table.table("plus")?, column)?,
+            false => Vec::new(),
+        };
+        Ok(Self { header: header.to_owned(), column, unit: unit.name, factor, offset, plus })
     }
+}
+
+/// The channels under `plus` of an entry for `column`, and how many times each is added.
+fn added_channels(table: &TomlTable<'_>, column: usize) -> Result<Vec<(usize, f64)>, InputError> {
+    let fits = |other: usize| other != column && dimension(other) == dimension(column);
+    let mut added = Vec::new();
+    for name in table.keys() {
+        let Some(other) = channel_named(name).filter(|other| fits(*other)) else {
+            let expected = format!(
+                "another channel in {}, as {}",
+                dimension(column).unit(),
+                channel_name(column)
+            );
+            let help = "An axis counted from the horizontal: plus = { qe2 = 1.0 }.";
+            return Err(table.wrong_key(name, &expected, help));
+        };
+        added.push((other, table.number(name, Bounds::Any)?));
+    }
+    Ok(added)
 }
 
 /// One column of a file that is read.
@@ -202,6 +240,8 @@ impl Binding {
 /// What is read of one file, and the columns that are not.
 pub(super) struct Bound {
     pub bindings: Vec<Binding>,
+    /// A column, one that is added to it, and how many times.
+    pub sums: Vec<(usize, usize, f64)>,
     pub others: Vec<(usize, String)>,
 }
 
@@ -215,6 +255,7 @@ impl Bound {
     ) -> Result<Self, InputError> {
         let names = rows.names();
         let (mut bindings, mut others) = (Vec::<Binding>::new(), Vec::new());
+        let mut summed: Vec<&ColumnMapping> = Vec::new();
         for (field, name) in names.iter().enumerate() {
             let numbered = (field + 1).to_string();
             let meant = |header: &str| {
@@ -257,6 +298,7 @@ impl Bound {
                 }
                 Some((column, scale, shift)) => {
                     bindings.push(Binding { column, field, scale, shift });
+                    summed.extend(entry.filter(|entry| !entry.plus.is_empty()));
                 }
                 None => others.push((field, name.clone())),
             }
@@ -270,8 +312,34 @@ impl Bound {
                 return Err(error);
             }
         }
-        Ok(Self { bindings, others })
+        let sums = sums(rows, &bindings, &summed)?;
+        Ok(Self { bindings, sums, others })
     }
+}
+
+/// What is added to columns of a file: other columns of it that hold nothing but their own.
+fn sums(
+    rows: &dyn RowSource,
+    bindings: &[Binding],
+    summed: &[&ColumnMapping],
+) -> Result<Vec<(usize, usize, f64)>, InputError> {
+    let mut sums = Vec::new();
+    for entry in summed {
+        for (added, times) in &entry.plus {
+            let field = |column| bindings.iter().find(|b| b.column == column).map(|b| b.field);
+            if field(*added).is_none() || summed.iter().any(|other| other.column == *added) {
+                let message = format!(
+                    "`{}` is added to `{}`; expected a channel of the same file to which nothing is added",
+                    channel_name(*added),
+                    entry.channel()
+                );
+                let help = "State each sum by the channels that the file holds.";
+                return Err(rows.error_at(field(entry.column), message, "a sum", help));
+            }
+            sums.push((entry.column, *added, *times));
+        }
+    }
+    Ok(sums)
 }
 
 /// Which columns a log has, in whatever file and form.

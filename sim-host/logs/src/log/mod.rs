@@ -14,9 +14,12 @@
 //! stream; what is held is the columns. Left out: filtering, and filling in of missing values but
 //! short gaps of the encoders, which are up to the prediction.
 
+mod arrays;
 mod blocks;
+mod bursts;
 mod columns;
 pub mod computed;
+mod coupling;
 mod files;
 mod format;
 mod gaps;
@@ -24,19 +27,26 @@ pub mod import;
 mod join;
 mod kuka;
 mod lines;
+mod matlab;
 #[cfg(feature = "mcap")]
 mod mcap;
 mod misplaced;
 mod noise;
 mod notice;
+mod numpy;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod plausible;
 mod pose;
+#[cfg(any(feature = "mcap", feature = "rosbag"))]
+mod ros;
+#[cfg(feature = "rosbag")]
+mod rosbag;
 mod rows;
 mod rows_at;
 mod samples;
 mod screen;
+mod sentinel;
 mod slow_channels;
 mod source;
 mod text;
@@ -46,6 +56,7 @@ pub mod units;
 
 pub use columns::channel_named;
 pub use columns::{ColumnMapping, channel_name, dimension};
+pub use coupling::Coupling;
 pub use files::SAMPLES_FILE;
 pub use join::LogClock;
 pub use noise::{NoiseLevel, NoiseLevels};

@@ -55,6 +55,20 @@ pub enum LogNotice {
     RowsLeftOut(usize),
     /// So many rows hold the time and the values of the row before, and are left out.
     RowsRepeated(usize),
+    /// Rows that came in bursts, so many at a time, whose times are spread evenly.
+    Bursts {
+        /// Rows in a burst.
+        rows: usize,
+    },
+    /// A number that stands for a value that was not measured, and is read as missing.
+    Sentinel {
+        /// The column.
+        column: &'static str,
+        /// The number, as it is written.
+        value: f64,
+        /// Number of rows.
+        rows: usize,
+    },
     /// So many rows without encoders are interpolated.
     RowsInterpolated(usize),
     /// Stretches without encoders cut the log or its ends.

@@ -27,6 +27,17 @@ static LOG_FORMATS: &[LogFormat] = &[
         #[cfg(not(feature = "mcap"))]
         reader: Err("mcap"),
     },
+    LogFormat {
+        name: "a bag of ROS 2 (.db3)",
+        magic: b"SQLite format 3\0",
+        #[cfg(feature = "rosbag")]
+        reader: Ok(super::rosbag::ROSBAG),
+        #[cfg(not(feature = "rosbag"))]
+        reader: Err("rosbag"),
+    },
+    LogFormat { name: "NumPy's .npy", magic: b"\x93NUMPY", reader: Ok(super::numpy::NPY) },
+    LogFormat { name: "NumPy's .npz", magic: b"PK\x03\x04", reader: Ok(super::numpy::NPZ) },
+    LogFormat { name: "MAT (version 5)", magic: b"MATLAB 5.0", reader: Ok(super::matlab::MAT) },
 ];
 
 /// First bytes of files that are not read, what they are, and what makes text of them.
@@ -36,32 +47,22 @@ const FOREIGN: &[(&[u8], &str, &str)] = &[
         "a bag of ROS 1",
         "Write its topics as text, `rostopic echo -b FILE -p TOPIC > TOPIC.csv`, or as MCAP.",
     ),
-    (
-        b"SQLite format 3",
-        "an SQLite database, as the bags of ROS 2 (.db3) are",
-        "`ros2 bag convert` makes MCAP of a bag.",
-    ),
-    (
-        b"PK\x03\x04",
-        "a zip archive, as workbooks (.xlsx) and NumPy's .npz are",
-        "Save the sheet as CSV, or each array with numpy.savetxt.",
-    ),
     (b"\x1f\x8b", "packed by gzip", "Unpack it: gunzip FILE."),
     (b"BZh", "packed by bzip2", "Unpack it: bunzip2 FILE."),
     (b"\xfd7zXZ\0", "packed by xz", "Unpack it: unxz FILE."),
     (b"\x28\xb5\x2f\xfd", "packed by zstd", "Unpack it: unzstd FILE."),
     (b"7z\xbc\xaf\x27\x1c", "a 7z archive", "Unpack it."),
-    (b"MATLAB ", "a MAT file", "Write its arrays as text in MATLAB: writematrix, writetable."),
     (
-        b"\x89HDF",
-        "HDF5, as MAT files of version 7.3 are",
-        "Write its data sets as text: h5dump, writetable.",
+        b"MATLAB 7.3",
+        "a MAT file of version 7.3",
+        "Save it anew in MATLAB for the reader of version 7: save(\"log.mat\", \"t\", \"q\", \"-v7\").",
     ),
     (
-        b"\x93NUMPY",
-        "a NumPy array",
-        "Write it with numpy.savetxt, with the names of the columns as header.",
+        b"MATLAB ",
+        "a MAT file of another version than 5",
+        "Save it anew: save(\"log.mat\", \"t\", \"q\", \"-v7\").",
     ),
+    (b"\x89HDF", "HDF5", "Write its data sets as NumPy's .npz, or as text: h5dump."),
     (b"\xd0\xcf\x11\xe0", "a workbook (.xls)", "Save the sheet as CSV."),
     (b"TDSm", "TDMS of LabVIEW", "Save it as text (.lvm or CSV), or with nptdms."),
     (b"MDF ", "a measurement file of ASAM (.mf4)", "Export it as CSV."),

@@ -1,8 +1,13 @@
-//! Times that are written as a time of day, `10:57:00.004`, or as ISO 8601, `2024-05-17T10:57:00.004Z`.
+//! Times that are written as a time of day, `10:57:00.004` or `10:57:00.004 PM`, or as ISO 8601,
+//! `2024-05-17T10:57:00.004Z`; dates also as `17.05.2024`.
+
+/// Seconds of a day.
+const DAY: f64 = 86_400.0;
 
 /// Seconds of a time of day from midnight, of a date from the beginning of 1970; a zone is left out,
 /// as it is the same in all rows.
 pub(super) fn seconds(text: &str) -> Option<f64> {
+    let (text, noon) = halved(text);
     let (date, time) = match text.split_once(['T', ' ']) {
         Some((date, time)) => (Some(date), time.trim_start()),
         None => (None, text),
@@ -21,17 +26,58 @@ pub(super) fn seconds(text: &str) -> Option<f64> {
     if parts.next().is_some() || hours.fract() != 0.0 || minutes.fract() != 0.0 {
         return None;
     }
+    let hours = match noon {
+        Some(noon) if (1.0..=12.0).contains(&hours) => hours % 12.0 + noon,
+        Some(_) => return None,
+        None => hours,
+    };
     let of_day = 3600.0 * hours + 60.0 * minutes + seconds;
     match date {
-        Some(date) => Some(86_400.0 * days(date)? as f64 + of_day),
+        Some(date) => Some(DAY * days(date)? as f64 + of_day),
         None => Some(of_day),
     }
 }
 
-/// Days of a date `2024-05-17` from the beginning of 1970.
+/// A time without AM or PM, and the hours that it adds to those of a half day.
+fn halved(text: &str) -> (&str, Option<f64>) {
+    let Some(at) = text.len().checked_sub(2).filter(|at| text.is_char_boundary(*at)) else {
+        return (text, None);
+    };
+    let (time, half) = text.split_at(at);
+    match half.to_ascii_uppercase().as_str() {
+        "AM" => (time.trim_end(), Some(0.0)),
+        "PM" => (time.trim_end(), Some(12.0)),
+        _ => (text, None),
+    }
+}
+
+/// Times of day that go on over midnight.
+#[derive(Debug, Default)]
+pub(super) struct Midnights {
+    last: Option<f64>,
+    days: f64,
+}
+
+impl Midnights {
+    /// The time with the days that passed since the first. A time of day that is half a day earlier than
+    /// the one before is of the next day.
+    pub(super) fn continued(&mut self, seconds: f64) -> f64 {
+        let of_day = (0.0..DAY).contains(&seconds);
+        if of_day && self.last.is_some_and(|last| seconds < last - 0.5 * DAY) {
+            self.days += 1.0;
+        }
+        self.last = Some(seconds).filter(|_| of_day);
+        if of_day { seconds + DAY * self.days } else { seconds }
+    }
+}
+
+/// Days of a date `2024-05-17` or `17.05.2024` from the beginning of 1970.
 fn days(date: &str) -> Option<i64> {
-    let numbers: Vec<i64> =
-        date.split(['-', '/']).map(|part| part.parse().ok()).collect::<Option<_>>()?;
+    let mut numbers: Vec<i64> =
+        date.split(['-', '/', '.']).map(|part| part.parse().ok()).collect::<Option<_>>()?;
+    if date.contains('.') {
+        numbers.reverse();
+    }
     let &[year, month, day] = numbers.as_slice() else { return None };
     if !(1000..=9999).contains(&year) || !(1..=12).contains(&month) || !(1..=31).contains(&day) {
         return None;
@@ -45,7 +91,7 @@ fn days(date: &str) -> Option<i64> {
 
 #[cfg(test)]
 mod tests {
-    use super::seconds;
+    use super::{Midnights, seconds};
 
     #[test]
     fn times_of_day_and_dates_are_seconds() {
@@ -55,8 +101,28 @@ mod tests {
         let day = 86_400.0 * 19_782.0;
         assert_eq!(seconds("2024-02-29 12:00:00.5"), Some(day + 43_200.5));
         assert_eq!(seconds("2024-02-29T12:00:00,5+02:00"), Some(day + 43_200.5));
-        for text in ["10:57", "24:00:00", "-1:00:00", "10:57:00:00", "17.05.2024", "12", "a:b:c"] {
+        assert_eq!(seconds("29.02.2024 12:00:00,5"), Some(day + 43_200.5));
+        assert_eq!(seconds("12:00:01 AM"), Some(1.0));
+        assert_eq!(seconds("2024-02-29 12:00:00.5 pm"), Some(day + 43_200.5));
+        for text in [
+            "13:00:00 PM",
+            "ö",
+            "10:57",
+            "24:00:00",
+            "-1:00:00",
+            "10:57:00:00",
+            "17.05.2024",
+            "12",
+            "a:b:c",
+        ] {
             assert_eq!(seconds(text), None, "{text}");
         }
+    }
+
+    #[test]
+    fn midnight_is_passed() {
+        let mut midnights = Midnights::default();
+        let read = [86_399.9, 0.1, 0.2, 86_399.0, 3.0].map(|t| midnights.continued(t));
+        assert_eq!(read, [86_399.9, 86_400.1, 86_400.2, 172_799.0, 172_803.0]);
     }
 }

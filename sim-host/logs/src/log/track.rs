@@ -1,11 +1,14 @@
 //! One file's rows, read once from front to back into columns in SI units: every number parsed and
 //! plausible, the time rising.
 
+use super::bursts::even_times;
 use super::columns::{
     Binding, Bound, MAPPABLE_COLUMNS, MATRIX, QUATERNION, TIME_COLUMN, most_of_form, shown_name,
 };
 use super::notice::LogNotice;
 use super::rows::RowSource;
+use super::sentinel::Sentinels;
+use super::time_of_day::Midnights;
 use crate::channel::{COUNT, LogChannel};
 use crate::kind::LogKind;
 use trueweld_plant::input::{InputError, RobotFile, unit_of};
@@ -100,23 +103,31 @@ impl Expected<'_> {
         let mut repeated = 0;
         let ranges: Vec<[f64; 2]> = bound.bindings.iter().map(|b| self.range(b.column)).collect();
         let mut clock_so_far = Clock::default();
+        let mut midnights = Midnights::default();
+        let mut sentinels: Vec<Sentinels> = Vec::new();
+        sentinels.resize_with(bound.bindings.len(), Sentinels::default);
         let mut count = 0;
         while rows.advance()? {
-            for (binding, range) in bound.bindings.iter().zip(&ranges) {
+            for (binding, sentinels) in bound.bindings.iter().zip(&mut sentinels) {
                 let number = match binding.column {
-                    TIME_COLUMN => rows.time(binding.field),
-                    _ => rows.value(binding.field),
+                    TIME_COLUMN => self.time(rows, binding.field, &mut midnights),
+                    _ => rows
+                        .value(binding.field)
+                        .map(|number| sentinels.take(count - repeated, number)),
                 };
                 let Some(number) = number else {
                     return Err(not_a_number(rows, binding));
                 };
-                let value = binding.apply(number);
+                if let Some(series) = &mut columns[binding.column] {
+                    series.push(binding.apply(number));
+                }
+            }
+            add_up(bound, &mut columns);
+            for (binding, range) in bound.bindings.iter().zip(&ranges) {
+                let value = last(&columns, binding.column);
                 if !(range[0]..=range[1]).contains(&value) && !value.is_nan() {
                     // In another unit, or worse: what it is, the whole log tells.
                     implausible.get_or_insert_with(|| self.implausible(rows, binding, value));
-                }
-                if let Some(series) = &mut columns[binding.column] {
-                    series.push(value);
                 }
             }
             if count < WRITTEN {
@@ -168,11 +179,34 @@ impl Expected<'_> {
         if repeated > 0 {
             notices.push(LogNotice::RowsRepeated(repeated));
         }
+        for (binding, sentinels) in bound.bindings.iter().zip(sentinels) {
+            let Some(series) = &mut columns[binding.column] else { continue };
+            let settled = sentinels.settle(series, |number| binding.apply(number));
+            notices.extend(settled.map(|(value, rows)| {
+                let column = shown_name(binding.column);
+                LogNotice::Sentinel { column, value, rows }
+            }));
+        }
+        let stamps = columns[TIME_COLUMN].as_mut().filter(|_| self.period.is_none());
+        let bursts = stamps.as_ref().and_then(|stamps| even_times(stamps));
+        match (stamps.zip(bursts), clock_so_far.repeated) {
+            (Some((stamps, bursts)), _) if self.kind != LogKind::StaticLoad => {
+                notices.push(LogNotice::Bursts { rows: bursts.rows });
+                *stamps = bursts.times;
+            }
+            (_, Some(repeated)) => return Err(repeated),
+            _ => {}
+        }
         let mut rounding = vec![0.0; MAPPABLE_COLUMNS];
         for (decimals, binding) in decimals.into_iter().zip(&bound.bindings) {
             rounding[binding.column] = 0.5 * 10f64.powi(-decimals) * binding.scale.abs();
         }
         Ok(FileTrack { clock, columns, rounding })
+    }
+
+    /// The time of a row in its unit: a time of day goes on over midnight.
+    fn time(&self, rows: &dyn RowSource, field: usize, midnights: &mut Midnights) -> Option<f64> {
+        rows.value(field).or_else(|| rows.time(field).map(|time| midnights.continued(time)))
     }
 
     /// Limits of an encoder, widened, rad.
@@ -333,6 +367,16 @@ impl Expected<'_> {
     }
 }
 
+/// Adds to the last row of columns what other columns of it hold.
+fn add_up(bound: &Bound, columns: &mut [Option<Vec<f64>>]) {
+    for (column, added, times) in &bound.sums {
+        let value = times * last(columns, *added);
+        if let Some(sum) = columns[*column].as_mut().and_then(|series| series.last_mut()) {
+            *sum += value;
+        }
+    }
+}
+
 fn last(columns: &[Option<Vec<f64>>], column: usize) -> f64 {
     columns[column].as_ref().and_then(|series| series.last().copied()).unwrap_or(f64::NAN)
 }
@@ -379,6 +423,8 @@ struct Clock {
     /// Periods since the first row, lost rows included.
     steps: f64,
     decimals: i32,
+    /// The first row at the time of the row before.
+    repeated: Option<InputError>,
 }
 
 impl Clock {
@@ -398,7 +444,8 @@ impl Clock {
         let place = Some(binding.field);
         if time <= last {
             let shown = rows.shown(binding.field);
-            let message = if time < last {
+            let is_repeated = time == last;
+            let message = if !is_repeated {
                 format!(
                     "`t_s` runs backwards: {shown} after {}; expected a later time than in the row before",
                     (last - binding.shift) / binding.scale
@@ -410,7 +457,13 @@ impl Clock {
             };
             let help =
                 "Rows are in time order. Two recordings are two logs, each in its own folder.";
-            return Err(rows.error_at(place, message, "not later", help));
+            let error = rows.error_at(place, message, "not later", help);
+            if is_repeated && period.is_none() {
+                // Rows may have been written in bursts.
+                self.repeated.get_or_insert(error);
+                return Ok(None);
+            }
+            return Err(error);
         }
         let Some(period) = period else { return Ok(None) };
         // Two rounded times are together off by at most one unit of their last place, but never by

@@ -7,7 +7,7 @@ use trueweld_estimate::log_faults::Mistake;
 result! {
     /// A gross mistake in the files.
     FileMistake of (mistake: &Mistake, joints: &[String]) {
-        /// `sign`, `zero`, `exchanged`, `unit`, `gear-side`, `tracker-frame`, `time-unit`, `wrench-side`,
+        /// `sign`, `zero`, `exchanged`, `coupling`, `unit`, `gear-side`, `tracker-frame`, `time-unit`, `wrench-side`,
         /// `wrench-axes`, `wrench-point` or `payload`.
         what: &'static str = mistake.kind.name(),
         /// What it is in: joints by their names, columns of the wrench (`Fx`), or `encoders`, `torque`,

@@ -53,6 +53,24 @@ fn open(proposal: &Proposal) -> usize {
     doubts + usize::from(!proposal.kind_sure) + usize::from(proposal.period_open)
 }
 
+/// How sure a column's mapping is; nothing where there is none.
+pub(crate) fn certainty(column: &ProposedColumn) -> String {
+    let of = |doubt: &Doubt| match doubt {
+        Doubt::Channel => "channel",
+        Doubt::Unit | Doubt::Scale => "unit",
+        Doubt::Sign => "sign",
+        Doubt::Factor => "factor",
+    };
+    if column.mapping.is_err() {
+        return String::new();
+    }
+    match column.doubts.iter().map(of).collect::<Vec<_>>().as_slice() {
+        [] if column.bases.contains(&ProposalBasis::Magnitude) => "likely".to_owned(),
+        [] => "sure".to_owned(),
+        open => format!("guess: {}", listed(open, "and")),
+    }
+}
+
 /// What else a column was recognised by; nothing where its header or a comment says it.
 fn basis(of: &ProposalBasis) -> String {
     match of {
@@ -60,6 +78,12 @@ fn basis(of: &ProposalBasis) -> String {
         | ProposalBasis::Rises
         | ProposalBasis::Comment
         | ProposalBasis::UnitInHeader => String::new(),
+        ProposalBasis::Coupling => {
+            "counted from the horizontal, by the motion that the tracker saw".to_owned()
+        }
+        ProposalBasis::Sentinel { value, rows } => {
+            format!("{value} in {} is read as missing", counted(*rows, "row"))
+        }
         ProposalBasis::Magnitude => "unit by magnitude".to_owned(),
         ProposalBasis::Limits => "sign by the axis' limits".to_owned(),
         ProposalBasis::Motion { left, others } => format!(
@@ -139,14 +163,19 @@ pub(crate) fn doubts(column: &ProposedColumn) -> String {
 }
 
 /// The `log.toml` of a proposal. `paths`: of its files, from the folder it is written to; `robot`:
-/// of the robot file, likewise.
-pub fn log_toml(proposal: &Proposal, paths: &[String], robot: Option<&str>) -> String {
+/// of the robot file, likewise; `accepted`: guesses are written as if they were known.
+pub fn log_toml(
+    proposal: &Proposal,
+    paths: &[String],
+    robot: Option<&str>,
+    accepted: bool,
+) -> String {
     let mut text = format!(
         "# Proposed by `trueweld import-log`. Entries that begin with \"{FILL_IN}\" are guesses: put the value in their place.\n\
          # `trueweld check FOLDER` lists what is left.\n\
          schema = \"log/1\"\n"
     );
-    if proposal.kind_sure {
+    if proposal.kind_sure || accepted {
         text += &format!("kind = \"{}\"\n", proposal.kind);
     } else {
         text += &format!("kind = \"{FILL_IN}: {LOG_KINDS}? {} fits\"\n", proposal.kind);
@@ -155,6 +184,9 @@ pub fn log_toml(proposal: &Proposal, paths: &[String], robot: Option<&str>) -> S
         text += &format!(
             "period_s = \"{FILL_IN}: time from row to row, s; no column is the time of the encoders\"\n"
         );
+    }
+    if let Some(period) = proposal.period {
+        text += &format!("period_s = {period:?}\n");
     }
     match robot {
         Some(path) => text += &format!("robot = {path:?}\n"),
@@ -217,7 +249,7 @@ pub fn log_toml(proposal: &Proposal, paths: &[String], robot: Option<&str>) -> S
         text += &format!("# {shown}\n");
         let columns: Vec<_> = proposal.columns.iter().filter(|c| c.file == k).collect();
         for column in columns.iter().filter(|c| c.mapping.is_ok()) {
-            text += &line(column, proposal, &paths[k]);
+            text += &line(column, proposal, &paths[k], accepted);
         }
         let (unknown, others): (Vec<_>, Vec<_>) = columns
             .iter()
@@ -239,7 +271,7 @@ pub fn log_toml(proposal: &Proposal, paths: &[String], robot: Option<&str>) -> S
 }
 
 /// The line of a column, its doubts to be filled in.
-fn line(column: &ProposedColumn, proposal: &Proposal, path: &str) -> String {
+fn line(column: &ProposedColumn, proposal: &Proposal, path: &str, accepted: bool) -> String {
     let Ok(mapping) = &column.mapping else { return String::new() };
     // A header that two files have is told apart by the file.
     let twice = proposal
@@ -248,11 +280,11 @@ fn line(column: &ProposedColumn, proposal: &Proposal, path: &str) -> String {
         .any(|c| c.file != column.file && c.header == column.header && c.mapping.is_ok());
     let header = if twice { format!("{path}:{}", mapping.header) } else { mapping.header.clone() };
     let open = |doubt: &Doubt| matches!(doubt, Doubt::Unit | Doubt::Scale);
-    let unit = match column.doubts.iter().any(open) {
+    let unit = match !accepted && column.doubts.iter().any(open) {
         true => format!("{FILL_IN}: {}?", mapping.unit),
         false => mapping.unit.to_owned(),
     };
-    let channel = match column.doubts.contains(&Doubt::Channel) {
+    let channel = match !accepted && column.doubts.contains(&Doubt::Channel) {
         true => format!("{FILL_IN}: {}?", channel_name(mapping.column)),
         false => channel_name(mapping.column).to_owned(),
     };
@@ -261,11 +293,12 @@ fn line(column: &ProposedColumn, proposal: &Proposal, path: &str) -> String {
     let held = dimension(mapping.column).unit();
     if column.doubts.contains(&Doubt::Factor) || raw {
         line += &format!(", factor = \"{FILL_IN}: {held} per {}, at the joint\"", mapping.unit);
-    } else if column.doubts.contains(&Doubt::Sign) {
+    } else if !accepted && column.doubts.contains(&Doubt::Sign) {
         line += &format!(", factor = \"{FILL_IN}: 1.0 or -1.0?\"");
     } else if mapping.factor != 1.0 {
         line += &format!(", factor = {:?}", mapping.factor);
     }
+    line += &mapping.sum();
     let doubts = doubts(column);
     let remark = if doubts.is_empty() { bases(column) } else { format!("not sure of {doubts}") };
     format!("{line} }}    # {remark}\n")

@@ -68,6 +68,13 @@ pub fn notice(notice: &LogNotice) -> String {
             "{} with the time and the values of the row before: left out",
             counted(*rows, "row")
         ),
+        LogNotice::Bursts { rows } => format!(
+            "the rows came in bursts of {rows}: they are spread evenly, the last of a burst at its stamp"
+        ),
+        LogNotice::Sentinel { column, value, rows } => format!(
+            "{column} is {value} in {}, which stands for no value: read as missing",
+            counted(*rows, "row")
+        ),
         LogNotice::RowsInterpolated(rows) => {
             format!("{rows} rows without encoders are interpolated")
         }
@@ -170,6 +177,8 @@ mod tests {
             LogNotice::Thinned { rows: 2_000_000, from: 1e-3, to: 4e-3 },
             LogNotice::RowsLeftOut(3),
             LogNotice::RowsRepeated(1),
+            LogNotice::Bursts { rows: 4 },
+            LogNotice::Sentinel { column: "tm2_nm", value: -9999.0, rows: 3 },
             LogNotice::RowsInterpolated(4),
             LogNotice::Cut { column: None, gaps, pieces: 2 },
             LogNotice::Cut { column: Some("qe1_rad"), gaps: Vec::new(), pieces: 1 },

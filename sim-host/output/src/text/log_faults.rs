@@ -85,6 +85,15 @@ pub(crate) fn sentence(mistake: &Mistake, joints: &[String]) -> String {
             };
             format!("the {second} of {} stand in each other's place", at.replace(", ", " and "))
         }
+        (MistakeKind::Coupling, _) => {
+            let times = line.and_then(|line| line.plus).map_or(1.0, |(_, times)| times);
+            let (own, other) = at.split_once(", ").unwrap_or((&at, ""));
+            let sum = if times > 0.0 { "sum" } else { "difference" };
+            format!(
+                "the angle of {own} is counted from the horizontal, not from {other}: its {sum} with the angle of {other} is \
+                 the joint's"
+            )
+        }
         (MistakeKind::Unit, _) => {
             let (unit, factor) = line.map_or(("", 1.0), |line| (line.unit, line.factor.abs()));
             if factor == 1.0 {

@@ -11,7 +11,7 @@ use crate::log::columns::{
     ABC, ColumnMapping, MATRIX, QUATERNION, REFLECTOR_COUNT, channel_name, dimension, reflector,
 };
 use crate::log::units::{Dimension, Unit, unit_named};
-use std::cmp::Ordering;
+use std::cmp::{Ordering, Reverse};
 use trueweld_core::JOINTS;
 
 /// How far the length of four numbers may be from 1 for a quaternion.
@@ -300,6 +300,12 @@ impl NamedColumns {
             let Ok(own) = claim else { continue };
             own.unit = own.unit.or(*below);
             let Some(unit) = own.unit else { continue };
+            // `TX` in mm is a translation, not a torque.
+            if let Some(place) = own.place_of_moment()
+                && unit.dimension == Some(Dimension::Length)
+            {
+                own.column = POSITION + place;
+            }
             let held = dimension(own.column);
             let factored = matches!(held, Dimension::Torque | Dimension::Force | Dimension::Angle);
             if !unit.dimension.map_or(factored, |dimension| dimension == held) {
@@ -313,16 +319,20 @@ impl NamedColumns {
     /// A time rises. Without a header the first column that does may be it; of several the first
     /// one that is no mere count is.
     fn check_times(&mut self, raw: &Raw, readings: &[Option<HeaderReading>]) {
+        // A row that was written twice, two that were exchanged, and bursts are told when it is read.
         let rises = |k: usize| {
             let Some(values) = raw.values[k].as_ref() else { return false };
-            let up = values.windows(2).filter(|pair| pair[1] > pair[0]).count();
-            // A row that was written twice, or two that were exchanged, are told when it is read.
-            2 * up > values.len()
+            let changes = || values.windows(2).filter(|pair| pair[1] != pair[0]);
+            2 * changes().filter(|pair| pair[1] > pair[0]).count() > changes().count()
         };
-        let headed = raw.entry.dialect.header > 0 || !raw.text;
+        let is_strict = |k: usize| {
+            raw.values[k].as_ref().is_some_and(|v| v.windows(2).all(|pair| pair[1] > pair[0]))
+        };
+        let numbered = raw.names.iter().enumerate().all(|(k, name)| *name == (k + 1).to_string());
+        let headed = !numbered;
         if let Some(first) = self.claims.first_mut()
             && *first == Err(LeftOut::Unknown)
-            && (!headed && raw.rows > 2 && rises(0))
+            && (!headed && raw.rows > 2 && is_strict(0))
         {
             let unit = raw.units[0];
             *first = Ok(Claim { basis: ProposalBasis::Rises, ..Claim::plain(TIME_COLUMN, unit) });
@@ -333,8 +343,10 @@ impl NamedColumns {
             (0..self.claims.len()).filter(|k| is_time(&self.claims[*k])).collect();
         let counts =
             |k: &usize| readings[*k].as_ref().is_some_and(|r| r.has(NamedQuantity::Counter));
-        let rising = || times.iter().copied().filter(|k| rises(*k));
-        let chosen = rising().find(|k| !counts(k)).or_else(|| rising().next());
+        // A stamp that the sensor's message has is nearer to it than the time of receipt.
+        let role = |k: usize| readings[k].as_ref().map_or(ReadingRole::Plain, |r| r.role);
+        let rising = times.iter().copied().filter(|k| rises(*k));
+        let chosen = rising.min_by_key(|k| (counts(k), Reverse(role(*k))));
         for k in times {
             if !rises(k) {
                 self.claims[k] = Err(LeftOut::NotRising);
@@ -366,6 +378,11 @@ impl NamedColumns {
                 }
             }
         }
+    }
+
+    /// True where a column claims this one of a log.
+    pub(super) fn has(&self, column: usize) -> bool {
+        self.claims.iter().flatten().any(|claim| claim.column == column)
     }
 
     /// Names of the families that claim a tracker's position.
@@ -430,9 +447,12 @@ impl NamedColumns {
                 doubts.push(Doubt::Factor);
             }
             let header = header.clone();
-            ColumnMapping { header, column: claim.column, unit, factor: 1.0, offset: 0.0 }
+            let (column, plus) = (claim.column, Vec::new());
+            ColumnMapping { header, column, unit, factor: 1.0, offset: 0.0, plus }
         });
-        ProposedColumn { file, header: header.clone(), range, mapping, bases, doubts }
+        bases.extend(raw.sentinels[k].map(|(value, rows)| ProposalBasis::Sentinel { value, rows }));
+        let header = header.clone();
+        ProposedColumn { file, header, range, mapping, bases, doubts, preview: None }
     }
 }
 
@@ -446,6 +466,13 @@ impl Claim {
             unit,
             basis: ProposalBasis::Header,
         }
+    }
+
+    /// The component of a moment that is named by the letter T alone.
+    fn place_of_moment(&self) -> Option<usize> {
+        let moment = LogChannel::Moment.columns();
+        let is_letter = self.family.starts_with("t ") && moment.contains(&self.column);
+        is_letter.then(|| self.column - moment.start)
     }
 
     /// Which of two claims stands: a torque before a current, what was measured before the rest.

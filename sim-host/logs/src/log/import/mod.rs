@@ -7,12 +7,15 @@
 mod header;
 mod magnitude;
 mod names;
+mod preview;
 mod proposal;
 mod raw;
 mod signs;
 
+pub use preview::Preview;
 pub use proposal::{Doubt, LeftOut, Proposal, ProposalBasis, ProposedColumn, ProposedFile};
 
+use super::bursts::even_times;
 use super::columns::channel_name;
 use super::computed;
 use super::files::FileEntry;
@@ -23,10 +26,19 @@ use crate::kind::LogKind;
 use crate::log::columns::TIME_COLUMN;
 use crate::resample::median_step;
 use header::NamedColumns;
-use raw::{ENCODER_COLUMN, Raw, TORQUE, file_of, series};
+use raw::{ENCODER_COLUMN, Raw, TORQUE, file_of, series, times};
 use std::path::{Path, PathBuf};
 use trueweld_core::JOINTS;
 use trueweld_plant::input::{InputError, RobotFile};
+
+/// What is known of files beside what stands in them.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Stated {
+    /// What was done.
+    pub kind: Option<LogKind>,
+    /// Period of the rows of the encoders' file, s, where they have no time.
+    pub period: Option<f64>,
+}
 
 /// Looks at files and proposes how they are read as one log.
 ///
@@ -35,8 +47,9 @@ use trueweld_plant::input::{InputError, RobotFile};
 pub fn propose(
     paths: &[PathBuf],
     robot: Option<&RobotFile>,
-    kind: Option<LogKind>,
+    stated: Stated,
 ) -> Result<Proposal, InputError> {
+    let Stated { kind, period } = stated;
     let mut raws = Vec::new();
     for path in paths {
         let entry = FileEntry {
@@ -47,17 +60,23 @@ pub fn propose(
             topic: None,
         };
         match source::topics(&entry)? {
-            Some(topics) => {
+            // Of a file with one table nothing is to be named.
+            Some(topics) if !topics.is_empty() => {
                 for topic in topics {
                     raws.push(raw::read(FileEntry { topic: Some(topic), ..entry.clone() })?);
                 }
             }
-            None => raws.push(raw::read(entry)?),
+            _ => raws.push(raw::read(entry)?),
         }
     }
     let joints = robot.map_or(&[][..], |robot| &robot.joint_names);
     let mut named: Vec<NamedColumns> =
         raws.iter().map(|raw| NamedColumns::of(raw, joints)).collect();
+    if let Some(period) = period {
+        let mut files = raws.iter_mut().zip(&named);
+        let own = files.find(|(_, columns)| columns.has(ENCODER_COLUMN));
+        own.into_iter().for_each(|(raw, _)| raw.period = Some(period));
+    }
     if let Some(robot) = robot {
         leave_out_rigid(&mut named, &raws, robot, kind);
     }
@@ -67,17 +86,22 @@ pub fn propose(
         signs::motion(&mut columns, &mut files, &raws, robot, kind);
         signs::torque_signs(&mut columns, &raws, robot);
     }
-    let period_open =
-        file_of(&columns, ENCODER_COLUMN).is_some_and(|own| files[own].period.is_none());
+    preview::fill(&mut columns, &files, &raws, robot);
+    let own = file_of(&columns, ENCODER_COLUMN);
+    let period_open = own.is_some_and(|own| files[own].period.is_none());
+    let has_time =
+        own.is_some_and(|own| columns.iter().any(|c| c.file == own && c.is(TIME_COLUMN)));
+    let period = period.filter(|_| own.is_some() && !has_time);
     let needed = LOG_CHANNELS.iter().filter(|c| c.needed.contains(&kind));
     let missing = needed
         .flat_map(|channel| channel.id.columns())
         .filter(|column| {
-            file_of(&columns, *column).is_none() && !(period_open && *column == TIME_COLUMN)
+            let counted = period_open || period.is_some();
+            file_of(&columns, *column).is_none() && !(counted && *column == TIME_COLUMN)
         })
         .map(channel_name)
         .collect();
-    Ok(Proposal { files, columns, kind, kind_sure, period_open, missing })
+    Ok(Proposal { files, columns, kind, kind_sure, period_open, period, missing })
 }
 
 /// Columns and files before signs are told by motion.
@@ -103,7 +127,8 @@ impl Draft {
         signs::signs_by_limits(&mut columns, robot);
         let mut files: Vec<ProposedFile> = raws.iter().map(raw::proposed_file).collect();
         for (file, proposed) in files.iter_mut().enumerate() {
-            let time = series(&columns, raws, Some(file), TIME_COLUMN);
+            let time = times(&columns, raws, file);
+            let time = time.map(|stamps| even_times(&stamps).map_or(stamps, |found| found.times));
             proposed.period = time.as_deref().map(median_step).filter(|step| *step > 0.0);
         }
         name_clocks(&mut files, &columns, raws);
@@ -159,7 +184,7 @@ fn leave_out_rigid(
 /// A file whose times are others than those of the encoders has a clock of its own.
 fn name_clocks(files: &mut [ProposedFile], columns: &[ProposedColumn], raws: &[Raw]) {
     let Some(own) = file_of(columns, ENCODER_COLUMN) else { return };
-    let Some(time) = series(columns, raws, Some(own), TIME_COLUMN) else { return };
+    let Some(time) = times(columns, raws, own) else { return };
     for (file, proposed) in files.iter_mut().enumerate().filter(|(file, _)| *file != own) {
         let other = series(columns, raws, Some(file), TIME_COLUMN);
         let same = other.is_some_and(|other| {

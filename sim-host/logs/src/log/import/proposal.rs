@@ -1,6 +1,7 @@
 //! What a proposal holds: files and columns, with what each part rests on and what of it is a
 //! guess.
 
+use super::preview::Preview;
 use crate::clock::FittedClock;
 use crate::kind::LogKind;
 use crate::log::columns::ColumnMapping;
@@ -18,6 +19,15 @@ pub enum ProposalBasis {
     Comment,
     /// The header, or the row below it, states the unit.
     UnitInHeader,
+    /// The tracker saw the motion that the axis makes counted from the horizontal, and no other.
+    Coupling,
+    /// A number stands for values that were not measured, which are read as missing.
+    Sentinel {
+        /// The number.
+        value: f64,
+        /// Rows that hold it.
+        rows: usize,
+    },
     /// The values are of this size in one unit alone.
     Magnitude,
     /// With the other sign the axis leaves its limits.
@@ -93,6 +103,8 @@ pub struct ProposedColumn {
     pub bases: Vec<ProposalBasis>,
     /// What of it is a guess.
     pub doubts: Vec<Doubt>,
+    /// Some of its values, where it is mapped and the file has times.
+    pub preview: Option<Preview>,
 }
 
 impl ProposedColumn {
@@ -144,6 +156,8 @@ pub struct Proposal {
     /// True where no column of the encoders' file is its time: its rows are even, at a period that
     /// has to be stated.
     pub period_open: bool,
+    /// That period, where it was stated, s.
+    pub period: Option<f64>,
     /// Channels that every log of this kind needs and no column is.
     pub missing: Vec<&'static str>,
 }

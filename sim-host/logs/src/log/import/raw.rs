@@ -2,13 +2,14 @@
 
 use super::proposal::{ProposedColumn, ProposedFile};
 use crate::channel::LogChannel;
-use crate::log::columns::MAPPABLE_COLUMNS;
+use crate::log::columns::{MAPPABLE_COLUMNS, TIME_COLUMN};
 use crate::log::computed::sketch;
 use crate::log::files::FileEntry;
 use crate::log::rows::{ROW_FILE_BYTES_MAX, RowSource};
+use crate::log::sentinel::{is_apart, is_sentinel};
 use crate::log::source;
 use crate::log::text::{Dialect, SEPARATORS, decoded, is_missing};
-use crate::log::time_of_day::seconds;
+use crate::log::time_of_day::{Midnights, seconds};
 use crate::log::track::{FileTrack, WRITTEN};
 use crate::log::units::{Unit, unit_named};
 use std::io::Read;
@@ -35,7 +36,11 @@ pub(super) struct Raw {
     pub(super) units: Vec<Option<&'static Unit>>,
     /// NaN where it is no number; `None` for a column without any.
     pub(super) values: Vec<Option<Vec<f64>>>,
+    /// Numbers that stand for none: which, and in how many rows.
+    pub(super) sentinels: Vec<Option<(f64, usize)>>,
     pub(super) rows: usize,
+    /// Period of the rows where it was stated, s.
+    pub(super) period: Option<f64>,
     /// Decimals that each column is written with.
     decimals: Vec<i32>,
 }
@@ -50,7 +55,19 @@ impl Raw {
     ) -> Self {
         let rows = values.first().and_then(Option::as_ref).map_or(0, Vec::len);
         let (units, decimals) = (vec![None; names.len()], vec![0; names.len()]);
-        Self { entry, text: true, titles: names.clone(), names, units, values, rows, decimals }
+        let (titles, sentinels) = (names.clone(), vec![None; names.len()]);
+        Self {
+            entry,
+            text: true,
+            titles,
+            names,
+            units,
+            values,
+            sentinels,
+            rows,
+            period: None,
+            decimals,
+        }
     }
 }
 
@@ -76,6 +93,8 @@ pub(super) fn read(mut entry: FileEntry) -> Result<Raw, InputError> {
     let mut units: Vec<Option<&'static Unit>> = (0..names.len()).map(unit).collect();
     let mut values: Vec<Option<Vec<f64>>> = vec![Some(Vec::new()); names.len()];
     let mut decimals = vec![0; names.len()];
+    let mut midnights: Vec<Midnights> = Vec::new();
+    midnights.resize_with(names.len(), Midnights::default);
     let mut count = 0;
     while count < LOOKED_AT && rows.advance()? {
         for (column, values) in values.iter_mut().enumerate() {
@@ -83,7 +102,7 @@ pub(super) fn read(mut entry: FileEntry) -> Result<Raw, InputError> {
                 let mut value = rows.value(column);
                 if value.is_none() {
                     // A time of day is read in seconds.
-                    value = rows.time(column);
+                    value = rows.time(column).map(|time| midnights[column].continued(time));
                     units[column] = value.and(unit_named("s")).or(units[column]);
                 }
                 values.push(value.unwrap_or(f64::NAN));
@@ -105,7 +124,32 @@ pub(super) fn read(mut entry: FileEntry) -> Result<Raw, InputError> {
             *values = None;
         }
     }
-    Ok(Raw { entry, text, names, titles, units, values, rows: count, decimals })
+    let sentinels =
+        values.iter_mut().map(|values| leave_out_sentinels(values.as_deref_mut()?)).collect();
+    Ok(Raw {
+        entry,
+        text,
+        names,
+        titles,
+        units,
+        values,
+        sentinels,
+        rows: count,
+        period: None,
+        decimals,
+    })
+}
+
+/// Leaves out numbers that stand for none: the last of them, and how many there are.
+fn leave_out_sentinels(values: &mut [f64]) -> Option<(f64, usize)> {
+    let others: Vec<f64> = values.iter().copied().filter(|value| !is_sentinel(*value)).collect();
+    let is_none = |value: &&mut f64| is_sentinel(**value) && is_apart(**value, &others);
+    let mut found = None;
+    for value in values.iter_mut().filter(is_none) {
+        found = Some((*value, found.map_or(1, |(_, count)| count + 1)));
+        *value = f64::NAN;
+    }
+    found
 }
 
 fn looks_like_text(start: &[u8]) -> bool {
@@ -269,7 +313,19 @@ pub(super) fn series(
     let place = raw.names.iter().position(|name| *name == found.header)?;
     let unit = unit_named(mapping.unit)?.factor;
     let value = |v: &f64| unit * (mapping.factor * v + mapping.offset);
-    Some(raw.values[place].as_ref()?.iter().map(value).collect())
+    let mut values: Vec<f64> = raw.values[place].as_ref()?.iter().map(value).collect();
+    for (other, times) in &mapping.plus {
+        let added = series(columns, raws, Some(found.file), *other)?;
+        values.iter_mut().zip(added).for_each(|(value, added)| *value += times * added);
+    }
+    Some(values)
+}
+
+/// Times of a file's rows, s: those of its column, or of a period that was stated.
+pub(super) fn times(columns: &[ProposedColumn], raws: &[Raw], file: usize) -> Option<Vec<f64>> {
+    let raw = &raws[file];
+    let counted = |period: f64| (0..raw.rows).map(|k| period * k as f64).collect();
+    series(columns, raws, Some(file), TIME_COLUMN).or_else(|| raw.period.map(counted))
 }
 
 /// Some rows of a file as they would be read.

@@ -2,14 +2,14 @@
 //! model needs for it. With the motion comes the clock of the tracker.
 
 use super::proposal::{Doubt, ProposalBasis, ProposedColumn, ProposedFile};
-use super::raw::{ENCODER_COLUMN, POSITION, Raw, TORQUE, file_of, series};
+use super::raw::{ENCODER_COLUMN, POSITION, Raw, TORQUE, file_of, series, times};
 use crate::ROTATION_LENGTH;
 use crate::channel::LogChannel;
 use crate::clock::{ClockMap, FittedClock, Points, correlate, fit, rigid};
 use crate::fir::LowPass;
 use crate::kind::LogKind;
-use crate::log::columns::TIME_COLUMN;
 use crate::log::columns::{MAPPABLE_COLUMNS, reflector};
+use crate::log::coupling::Coupling;
 use crate::log::pose::to_rotation_vectors;
 use crate::log::track::FileTrack;
 use crate::log::units::unit_named;
@@ -78,6 +78,8 @@ struct SharedMotion<'a> {
     by_rows: bool,
     /// Rows of the encoders that signs are tried on.
     rows: Vec<usize>,
+    /// An axis that is counted from the horizontal.
+    coupling: Option<Coupling>,
 }
 
 impl<'a> SharedMotion<'a> {
@@ -93,8 +95,8 @@ impl<'a> SharedMotion<'a> {
             .into_iter()
             .find_map(|column| Some((column, file_of(columns, column)?)))?;
         let of = |file: usize, column: usize| series(columns, raws, Some(file), column);
-        let time = of(own, TIME_COLUMN)?;
-        let seen_time = of(other, TIME_COLUMN)?;
+        let time = times(columns, raws, own)?;
+        let seen_time = times(columns, raws, other)?;
         let encoders =
             (0..JOINTS).map(|i| of(own, ENCODER_COLUMN + i)).collect::<Option<Vec<_>>>()?;
         let points = (0..3).map(|i| of(other, first + i)).collect::<Option<Vec<_>>>()?;
@@ -108,13 +110,17 @@ impl<'a> SharedMotion<'a> {
             return None;
         }
         let rows = thinned(&(0..time.len()).collect::<Vec<_>>(), SIGN_ROWS);
-        Some((Self { robot, first, time, encoders, seen_time, seen, turned, by_rows, rows }, other))
+        let coupling = None;
+        let found =
+            Self { robot, first, time, encoders, seen_time, seen, turned, by_rows, rows, coupling };
+        Some((found, other))
     }
 
     /// Pose of the tool at a row. `signs`: a bit for each axis that counts the other way.
     fn pose(&self, signs: usize, row: usize) -> Pose<f64> {
         let sign = |i: usize| if signs & (1 << i) == 0 { 1.0 } else { -1.0 };
-        let q = JointVector::from_fn(|i, _| sign(i) * self.encoders[i][row]);
+        let read = JointVector::from_fn(|i, _| sign(i) * self.encoders[i][row]);
+        let q = self.coupling.map_or(read, |coupling| coupling.of(&read));
         self.robot.robot.forward_kinematics(&q)
     }
 
@@ -212,6 +218,17 @@ pub(super) fn motion(
             columns.iter_mut().filter(|c| seen(c)).for_each(|c| c.doubts.push(Doubt::Scale));
         }
     }
+    if !fits(&results) {
+        let coupled = Coupling::all(&robot.robot).into_iter().find_map(|coupling| {
+            let coupled = SharedMotion { coupling: Some(coupling), ..shared.clone() };
+            let results = search(&coupled);
+            fits(&results).then_some((coupled, results))
+        });
+        if let Some(found) = coupled {
+            (shared, results) = found;
+            shared.coupling.iter().for_each(|coupling| couple(columns, coupling));
+        }
+    }
     let Some(&(best, signs)) = results.first().filter(|(left, _)| left.is_finite()) else {
         return;
     };
@@ -238,6 +255,16 @@ pub(super) fn motion(
     }
 }
 
+/// Adds to the column of an axis what it lacks.
+fn couple(columns: &mut [ProposedColumn], coupling: &Coupling) {
+    let axis = columns.iter_mut().find(|column| column.is(ENCODER_COLUMN + coupling.joint));
+    let Some(axis) = axis else { return };
+    axis.bases.push(ProposalBasis::Coupling);
+    if let Ok(mapping) = &mut axis.mapping {
+        mapping.plus = vec![(ENCODER_COLUMN + coupling.other, coupling.times)];
+    }
+}
+
 /// Rotation vectors of the tool, in whatever form a file has them.
 fn rotations(columns: &[ProposedColumn], raws: &[Raw], file: usize) -> Option<Vec<Vector3<f64>>> {
     let of = |column: usize| series(columns, raws, Some(file), column);
@@ -257,7 +284,7 @@ pub(super) fn torque_signs(columns: &mut [ProposedColumn], raws: &[Raw], robot: 
     let own = file_of(columns, ENCODER_COLUMN);
     let encoders: Option<Vec<Vec<f64>>> =
         (0..JOINTS).map(|i| series(columns, raws, own, ENCODER_COLUMN + i)).collect();
-    let time = series(columns, raws, own, TIME_COLUMN);
+    let time = own.and_then(|own| times(columns, raws, own));
     let whole = |v: &[f64]| v.iter().all(|x| x.is_finite());
     let predicted = match (encoders, time) {
         (Some(q), Some(time)) if time.len() > 200 && q.iter().all(|q| whole(q)) => {
@@ -293,7 +320,11 @@ pub(super) fn torque_signs(columns: &mut [ProposedColumn], raws: &[Raw], robot: 
 
 /// Motor torques that a model needs for a motion without load, N·m. `q`: each joint's angles, rad,
 /// at the times, s.
-fn motor_torques(model: &Robot<f64>, q: &[Vec<f64>], time: &[f64]) -> Vec<JointVector<f64>> {
+pub(super) fn motor_torques(
+    model: &Robot<f64>,
+    q: &[Vec<f64>],
+    time: &[f64],
+) -> Vec<JointVector<f64>> {
     let period = median_step(time);
     let low = LowPass::new(5f64.min(0.2 / period), period);
     let smooth: Vec<[Vec<f64>; 3]> =
