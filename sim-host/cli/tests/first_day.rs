@@ -162,6 +162,11 @@ fn a_log_is_proposed_for_a_robot_straight_from_its_urdf() {
     assert!(!log.lines().any(|line| line.contains("= \"FILL IN")), "{log}");
     let page = fs::read_to_string(place.path().join("import.html")).unwrap();
     assert!(page.contains("What each channel reads"), "no pictures");
+    // A file of which nothing is known is not read.
+    fs::write(place.path().join("notes.csv"), "mood,weather\n1,2\n2,3\n").unwrap();
+    place.done(&["import-log", "joints.csv", "notes.csv", "--period", "0.004", "--out", "both"]);
+    let log = fs::read_to_string(place.path().join("both/log.toml")).unwrap();
+    assert!(log.contains("# no column of it is known: { path = \"../notes.csv\" }"), "{log}");
     let told = place.refused(&["import-log", "joints.csv", "--period", "0", "--out", "other"]);
     assert!(told.contains("above 0"), "{told}");
 }

@@ -338,12 +338,12 @@ impl Literal {
 
 impl Field {
     fn of(name: String, number: &str, width: usize) -> Result<Self, String> {
+        if number.trim_start_matches(['<', '>', '|', '=']).starts_with('O') {
+            return Err("it holds Python's objects; expected numbers".to_owned());
+        }
         let Some(number) = NumberType::named(number) else {
             return Err(format!("its numbers are of the type {number:?}, which is not known"));
         };
-        if number.kind == 'O' {
-            return Err("it holds Python's objects; expected numbers".to_owned());
-        }
         Ok(Self { name, number, width })
     }
 }

@@ -73,7 +73,7 @@ fn picture(column: &ProposedColumn) -> Option<Picture> {
     let channel = channel_name(mapping.column);
     let mut lines = vec![PlotLine::new("read", run(0), points(&preview.read))];
     if let Some(predicted) = &preview.predicted {
-        lines.insert(0, reference("by the encoders and the robot file", points(predicted)));
+        lines.push(reference("by the encoders and the robot file", points(predicted)));
     }
     let axis = format!("{channel}, {}", dimension(mapping.column).unit());
     Some(Picture::new(format!("{channel}: {}", column.header), Plot::new("time, s", axis, lines)))

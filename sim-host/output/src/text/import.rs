@@ -198,8 +198,11 @@ pub fn log_toml(
         );
     }
     text += "files = [\n";
-    for (file, path) in proposal.files.iter().zip(paths) {
-        let mut entry = format!("  {{ path = {path:?}");
+    for (k, (file, path)) in proposal.files.iter().zip(paths).enumerate() {
+        // A file of which nothing is read has no time that would be missed.
+        let is_read = proposal.columns.iter().any(|c| c.file == k && c.mapping.is_ok());
+        let hidden = if is_read { "" } else { "# no column of it is known: " };
+        let mut entry = format!("  {hidden}{{ path = {path:?}");
         if let Some(topic) = &file.topic {
             entry += &format!(", topic = {topic:?}");
         }

@@ -72,7 +72,7 @@ pub fn notice(notice: &LogNotice) -> String {
             "the rows came in bursts of {rows}: they are spread evenly, the last of a burst at its stamp"
         ),
         LogNotice::Sentinel { column, value, rows } => format!(
-            "{column} is {value} in {}, which stands for no value: read as missing",
+            "`{column}` is {value} in {}, which stands for no value: read as missing",
             counted(*rows, "row")
         ),
         LogNotice::RowsInterpolated(rows) => {
