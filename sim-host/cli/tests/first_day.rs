@@ -114,31 +114,6 @@ fn a_number_of_any_size_is_shown_short() {
     assert!(told.contains("0.5000 … 1.000e19"), "{told}");
 }
 
-/// The controller shows A3 less A2, as FANUC's do.
-#[test]
-fn an_axis_counted_from_the_horizontal_is_proposed_as_a_sum() {
-    let place = Workspace::new();
-    let controller = fs::read_to_string(fixture("raw/krc.csv")).unwrap();
-    let header: Vec<&str> = controller.lines().next().unwrap().split(';').collect();
-    let [second, third] = ["AXIS_ACT.A2 [deg]", "AXIS_ACT.A3 [deg]"]
-        .map(|name| header.iter().position(|field| *field == name).unwrap());
-    let shown = |line: &str| {
-        let mut fields: Vec<String> = line.split(';').map(str::to_owned).collect();
-        let value = |k: usize| fields[k].replace(',', ".").parse::<f64>();
-        if let (Ok(a), Ok(b)) = (value(second), value(third)) {
-            fields[third] = format!("{:.4}", b - a).replace('.', ",");
-        }
-        fields.join(";") + "\n"
-    };
-    fs::write(place.path().join("krc.csv"), controller.lines().map(shown).collect::<String>())
-        .unwrap();
-    let (tracker, robot) = (fixture("raw/tracker.txt"), fixture("campaigns/backlash/robot.toml"));
-    let told = place.done(&["import-log", "krc.csv", &tracker, "--robot", &robot, "--out", "log"]);
-    assert!(told.contains("counted from the horizontal"), "{told}");
-    let log = fs::read_to_string(place.path().join("log/log.toml")).unwrap();
-    assert!(log.contains("plus = { qe2 = 1.0 }"), "{log}");
-}
-
 /// A URDF's robot, rows without a time, and nobody to ask.
 #[test]
 fn a_log_is_proposed_for_a_robot_straight_from_its_urdf() {
@@ -166,7 +141,7 @@ fn a_log_is_proposed_for_a_robot_straight_from_its_urdf() {
     fs::write(place.path().join("notes.csv"), "mood,weather\n1,2\n2,3\n").unwrap();
     place.done(&["import-log", "joints.csv", "notes.csv", "--period", "0.004", "--out", "both"]);
     let log = fs::read_to_string(place.path().join("both/log.toml")).unwrap();
-    assert!(log.contains("# no column of it is known: { path = \"../notes.csv\" }"), "{log}");
+    assert!(log.contains("# no column of it is known: { path = \"../notes.csv\""), "{log}");
     let told = place.refused(&["import-log", "joints.csv", "--period", "0", "--out", "other"]);
     assert!(told.contains("above 0"), "{told}");
 }

@@ -2,7 +2,9 @@
 //! made here; what is promised is which columns are read, and as what.
 
 use std::fs;
+use std::path::PathBuf;
 use trueweld_logs::log::import::{Stated, propose};
+use trueweld_plant::input::{InputFile, RobotFile};
 
 /// A file of a shape that somebody writes.
 struct Shape {
@@ -227,4 +229,31 @@ fn files_of_public_programs_are_read_as_they_mean() {
     for shape in SHAPES {
         assert_eq!(mapped(shape), shape.mapped, "{}", shape.source);
     }
+}
+
+/// The controller shows A3 less A2: ros-industrial/fanuc#290.
+#[test]
+fn an_axis_counted_from_the_horizontal_is_proposed_as_a_sum() {
+    let fixtures = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures");
+    let controller = fs::read_to_string(fixtures.join("raw/krc.csv")).expect("a fixture");
+    let header: Vec<&str> = controller.lines().next().expect("a header").split(';').collect();
+    let [second, third] = ["AXIS_ACT.A2 [deg]", "AXIS_ACT.A3 [deg]"]
+        .map(|name| header.iter().position(|field| *field == name).expect("a column"));
+    let shown = |line: &str| {
+        let mut fields: Vec<String> = line.split(';').map(str::to_owned).collect();
+        let value = |k: usize| fields[k].replace(',', ".").parse::<f64>();
+        if let (Ok(a), Ok(b)) = (value(second), value(third)) {
+            fields[third] = format!("{:.4}", b - a).replace('.', ",");
+        }
+        fields.join(";") + "\n"
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("krc.csv");
+    fs::write(&path, controller.lines().map(shown).collect::<String>()).expect("a file");
+    let robot = RobotFile::read(fixtures.join("campaigns/backlash/robot.toml")).expect("a robot");
+    let files = [path, fixtures.join("raw/tracker.txt")];
+    let found = propose(&files, Some(&robot), Stated::default()).expect("a proposal");
+    let axis = found.columns.iter().find(|c| c.header == "AXIS_ACT.A3 [deg]").expect("A3");
+    let mapping = axis.mapping.as_ref().expect("it is mapped");
+    assert!(mapping.line().contains("plus = { qe2 = 1.0 }"), "{}", mapping.line());
 }

@@ -218,16 +218,16 @@ pub(super) fn motion(
             columns.iter_mut().filter(|c| seen(c)).for_each(|c| c.doubts.push(Doubt::Scale));
         }
     }
-    if !fits(&results) {
-        let coupled = Coupling::all(&robot.robot).into_iter().find_map(|coupling| {
-            let coupled = SharedMotion { coupling: Some(coupling), ..shared.clone() };
-            let results = search(&coupled);
-            fits(&results).then_some((coupled, results))
-        });
-        if let Some(found) = coupled {
-            (shared, results) = found;
-            shared.coupling.iter().for_each(|coupling| couple(columns, coupling));
-        }
+    // A coupled axis may leave little of a small motion: what explains it leaves much less.
+    let left = |results: &[(f64, usize)]| results.first().map_or(f64::INFINITY, |(left, _)| *left);
+    let coupled = Coupling::all(&robot.robot).into_iter().find_map(|coupling| {
+        let coupled = SharedMotion { coupling: Some(coupling), ..shared.clone() };
+        let found = search(&coupled);
+        (fits(&found) && left(&found) < 0.5 * left(&results)).then_some((coupled, found))
+    });
+    if let Some(found) = coupled {
+        (shared, results) = found;
+        shared.coupling.iter().for_each(|coupling| couple(columns, coupling));
     }
     let Some(&(best, signs)) = results.first().filter(|(left, _)| left.is_finite()) else {
         return;
