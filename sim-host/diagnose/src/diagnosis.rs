@@ -134,6 +134,16 @@ impl Candidate {
     }
 }
 
+impl Candidate {
+    /// True for one that has all effects of another.
+    fn extends(&self, other: &Self) -> bool {
+        let has = |found: &FittedEffect| {
+            self.effects.iter().any(|own| is_named(own, (found.effect.kind.id, found.effect.at)))
+        };
+        other.effects.iter().all(has)
+    }
+}
+
 /// What a diagnosis found.
 #[derive(Debug, Clone)]
 pub struct Diagnosis {
@@ -636,9 +646,10 @@ fn weigh(
     for (candidate, fitted) in candidates.iter_mut().zip(fits) {
         candidate.evidence = noise_left.evidence(ctx.blocks, (ctx.null, &before), fitted);
     }
-    let named = || candidates.iter().filter(|c| c.may_be_named).map(|c| c.evidence);
-    let best = named().fold(f64::NEG_INFINITY, f64::max);
-    let best = if best.is_finite() { best } else { candidates[0].evidence };
+    let named = candidates.iter().filter(|c| c.may_be_named);
+    let likeliest = named.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+    let likeliest = likeliest.unwrap_or(&candidates[0]).clone();
+    let best = likeliest.evidence;
     // "None of these" stands beside them: with the calibrations alone, to which evidence is relative.
     let none = nothing.map_or(0.0, |nothing| {
         let worse = (nothing - ctx.owed_cost(first)) / rules::variance_inflation(first);
@@ -649,8 +660,9 @@ fn weigh(
         _ => none,
     };
     // What may not be named is no explanation. Where it predicts better than they do by more than a
-    // tie, "none of these" is the likelier.
-    let weight = |c: &Candidate| match c.may_be_named || c.evidence > best + DECISIVE {
+    // tie, and is not the likeliest of them with something more, "none of these" is the likelier.
+    let rivals = |c: &Candidate| c.evidence > best + DECISIVE && !c.extends(&likeliest);
+    let weight = |c: &Candidate| match c.may_be_named || rivals(c) {
         true => (c.evidence - best).exp(),
         false => 0.0,
     };
