@@ -33,6 +33,8 @@ mod estimate;
 mod gain;
 #[cfg(feature = "configuration")]
 mod gain_numbers;
+#[cfg(feature = "host")]
+mod header;
 mod law;
 mod laws;
 mod outer_integral;
@@ -55,6 +57,8 @@ pub use entry::{
 pub use gain::{GainError, require};
 #[cfg(feature = "configuration")]
 pub use gain_numbers::{Character, GAIN_VALUES, GAINS, GainNumbers, NAME_BYTES, Name};
+#[cfg(feature = "host")]
+pub use header::HeaderError;
 pub use law::{GainSet, Law, Needs, NoGains, Setup};
 pub use laws::*;
 pub use outer_integral::{FollowingGains, OuterIntegral};

@@ -2,12 +2,13 @@
 
 use crate::inputs::WeldArguments;
 use crate::names::{ControllerParser, LawParser};
+use crate::results::check_empty_folder;
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr};
 use std::fs;
 use std::path::PathBuf;
 use std::slice;
-use trueweld::PLANT_STEP;
+use trueweld::{PLANT_STEP, record_core, write_core_log};
 use trueweld_compensators::Entry;
 use trueweld_output::write_file;
 use trueweld_plant::controllers::ControllerKind;
@@ -28,10 +29,15 @@ pub(crate) struct Arguments {
     /// Folder for cell.rs and cell.h
     #[arg(long, value_name = "FOLDER", default_value = "out/core")]
     out: PathBuf,
+    /// New folder for what the core is given and commands in every period of the simulated weld, as
+    /// `replay` reads it
+    #[arg(long, value_name = "FOLDER")]
+    log: Option<PathBuf>,
 }
 
 /// Runs the command.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    arguments.log.iter().try_for_each(|folder| check_empty_folder("--log", folder))?;
     let inputs = arguments.files.read()?;
     let controller = arguments.controller;
     let law = &arguments.compensator;
@@ -60,6 +66,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         "digest of the core   {}\nmemory in C, bytes   {single} in float, {double} in double\n",
         configuration.digest_text()
     );
+    if let Some(folder) = &arguments.log {
+        let run = record_core(&inputs, controller, law)?;
+        write_core_log(folder, &run)?;
+        say!("wrote {} periods into {}\n", run.periods.len(), folder.display());
+    }
     Ok(())
 }
 

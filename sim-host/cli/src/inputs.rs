@@ -86,6 +86,7 @@ impl CellArguments {
             spindle_rpm: self.spindle_rpm,
             period: self.period,
             seed: self.seed,
+            found_effects: Vec::new(),
             law_files: session::law_files(),
         }
     }

@@ -39,6 +39,7 @@ mod plan;
 mod record;
 mod register;
 mod repeat;
+mod replay;
 mod results;
 mod rsi_compensate;
 mod rsi_counts;
@@ -118,6 +119,9 @@ enum Command {
     ImportUrdf(import_urdf::Arguments),
     /// Write what a controller's core is built from as constants of Rust and C
     ExportCore(export_core::Arguments),
+    /// Feed a recorded run of a controller's core to the same core on this machine, and show the first
+    /// period in which they differ
+    Replay(replay::Arguments),
     /// Write a law or the cell as an FMU, for Simulink, OpenModelica and other tools
     ExportFmu(export_fmu::Arguments),
     /// Simulate a KUKA controller with the elastic robot behind it, which a client corrects over RSI
@@ -194,6 +198,7 @@ impl Arguments {
             Some(Command::Certify(arguments)) => return certify::run(arguments),
             Some(Command::Tune(arguments)) => return tune::run(arguments),
             Some(Command::Check(arguments)) => return check::run(arguments),
+            Some(Command::Replay(arguments)) => return replay::run(arguments),
             None => weld::run(&weld::Arguments::first_published())?,
             Some(Command::Weld(arguments)) => weld::run(arguments)?,
             Some(Command::Step(arguments)) => step::run(arguments)?,

@@ -80,3 +80,30 @@ impl TypedValueParser for LawParser {
         Some(Box::new(library().iter().map(value)))
     }
 }
+
+/// Laws that are simulated one beside the other.
+#[derive(Clone)]
+pub(crate) struct LawList(pub Vec<Entry>);
+
+/// Reads the names of laws, with commas between them, each as [`LawParser`] does.
+#[derive(Clone)]
+pub(crate) struct LawListParser;
+
+impl TypedValueParser for LawListParser {
+    type Value = LawList;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        argument: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<LawList, clap::Error> {
+        let names = value.to_string_lossy();
+        let law = |name: &str| LawParser.parse_ref(command, argument, name.trim().as_ref());
+        names.split(',').map(law).collect::<Result<_, _>>().map(LawList)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        LawParser.possible_values()
+    }
+}

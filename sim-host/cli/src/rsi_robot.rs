@@ -197,6 +197,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let simulation = inputs.simulation(&[controller], slice::from_ref(&law), 1, PLANT_STEP);
         arguments.results.write(&WeldReport {
             runs: &[WeldRun::new(&recording, figures, &inputs.robot.robot)],
+            from_log: None,
             exaggeration: 50.0,
             provenance: &inputs.provenance("rsi-robot", simulation),
         })?;

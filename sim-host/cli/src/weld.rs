@@ -2,14 +2,18 @@
 
 use crate::certify::certificate;
 use crate::inputs::{WeldArguments, passes};
-use crate::names::{ControllerParser, LawParser};
+use crate::names::{ControllerParser, LawList, LawListParser, LawParser};
 use crate::results::{FormFiles, RecordedResults, Results, check_outputs, check_targets};
 use clap::Args;
 use miette::{Report, Result, miette};
 use std::path::PathBuf;
-use trueweld::{PLANT_STEP, STEP_OF_MANY, SimulatedWeld, simulate};
+use trueweld::{
+    LoggedWeld, PLANT_STEP, STEP_OF_MANY, SimulateOptions, SimulatedWeld, WeldingCell, simulate,
+};
 use trueweld_compensators::{Elastostatic, Entry, Uncompensated};
-use trueweld_output::{WeldReport, WeldRun};
+use trueweld_estimate::disturbance::WELD_AXES;
+use trueweld_evaluate::ReplayCheck;
+use trueweld_output::{AxisDisturbance, FromLog, WeldReport, WeldRun};
 use trueweld_plant::controllers::ControllerKind;
 use trueweld_plant::simulate::{Seam, WeldProgram};
 
@@ -21,10 +25,25 @@ pub(crate) struct Arguments {
     /// Hybrid force/position controller
     #[arg(long, value_parser = ControllerParser, default_value = ControllerKind::default().name())]
     controller: ControllerKind,
-    /// Compensation law, or several with + between them (default: a run without and a run with
-    /// elastostatic)
-    #[arg(long, value_name = "LAW", value_parser = LawParser)]
-    compensator: Option<Entry>,
+    /// Compensation law, or several with + between them; several runs with comma between their laws
+    /// (default: a run without and a run with elastostatic)
+    #[arg(long, value_name = "LAW", value_parser = LawListParser)]
+    compensator: Option<LawList>,
+    /// Folder of the log of a weld, which is made again: its robot, seam and process, and the force on
+    /// the tool that the model does not explain
+    #[arg(
+        long,
+        value_name = "LOG",
+        conflicts_with_all = ["weld", "robot", "process", "effect", "certificate"]
+    )]
+    from: Option<PathBuf>,
+    /// Compensation law that the log was recorded under: its replay is judged by the record (default:
+    /// none)
+    #[arg(long, value_name = "LAW", value_parser = LawParser, requires = "from")]
+    recorded_law: Option<Entry>,
+    /// Control file that the log was recorded under (default: the one that is part of the program)
+    #[arg(long, value_name = "F", requires = "from")]
+    recorded_control: Option<PathBuf>,
     /// Welds of the same seam one after another, the law kept from one to the next; the last one is
     /// reported
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = passes())]
@@ -58,6 +77,9 @@ impl Arguments {
             files: WeldArguments::default(),
             controller: ControllerKind::default(),
             compensator: None,
+            from: None,
+            recorded_law: None,
+            recorded_control: None,
             passes: 1,
             certificate: None,
             exaggeration: 50.0,
@@ -76,17 +98,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     let outputs = arguments.results.outputs();
     check_targets(&outputs)?;
-    let inputs = arguments.files.read()?;
-    let controller = arguments.controller;
-    let laws = match &arguments.compensator {
-        None => vec![Entry::of::<Uncompensated>(), Entry::of::<Elastostatic<f64>>()],
-        Some(law) => vec![law.clone()],
+    let laws = arguments.laws()?;
+    let log = arguments.log()?;
+    let inputs = match &log {
+        None => arguments.files.read()?,
+        Some(log) => log.cell(&arguments.files.cell.files())?,
     };
+    let recorded = log.as_ref().map(|log| Recorded::new(arguments, log, &laws)).transpose()?;
+    let controller = arguments.controller;
     let passes = arguments.passes as usize;
     // Under a certificate the run is the one that was certified.
     let plant_step = if arguments.certificate.is_some() { STEP_OF_MANY } else { PLANT_STEP };
     let simulation = simulate(&inputs).controller(controller).passes(passes).plant_step(plant_step);
-    let simulation = laws.into_iter().fold(simulation, |simulation, law| simulation.law(law));
+    let simulation = laws.iter().cloned().fold(simulation, SimulateOptions::law);
     let provenance = simulation.provenance();
     let certificate = arguments.certificate.as_deref();
     let certificate = certificate
@@ -101,6 +125,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if let Some((path, certificate)) = &certificate {
         welds.iter().try_for_each(|weld| certificate::tell(path, certificate, &weld.figures))?;
     }
+    let from_log = recorded.map(|recorded| recorded.beside(controller, &welds)).transpose()?;
     let robot = &inputs.robot.robot;
     let runs: Vec<WeldRun<'_>> = welds
         .iter()
@@ -108,7 +133,94 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         .collect();
     arguments.results.write(&WeldReport {
         runs: &runs,
+        from_log: from_log.as_ref(),
         exaggeration: arguments.exaggeration,
         provenance: &provenance,
     })
+}
+
+impl Arguments {
+    /// The laws that are run.
+    fn laws(&self) -> Result<Vec<Entry>> {
+        let Some(LawList(laws)) = &self.compensator else {
+            return Ok(vec![Entry::of::<Uncompensated>(), Entry::of::<Elastostatic<f64>>()]);
+        };
+        if self.certificate.is_some() && laws.len() > 1 {
+            return Err(miette!(
+                "--compensator names {} laws; expected one, that of --certificate",
+                laws.len()
+            ));
+        }
+        Ok(laws.clone())
+    }
+
+    /// The weld that is made again.
+    fn log(&self) -> Result<Option<LoggedWeld>> {
+        let model = self.files.cell.files().model;
+        self.from.as_deref().map(|log| LoggedWeld::read(log, model.as_deref())).transpose()
+    }
+}
+
+/// A recorded weld, with what it takes to simulate it as it was recorded.
+struct Recorded<'a> {
+    log: &'a LoggedWeld,
+    folder: String,
+    law: Entry,
+    control: String,
+    /// The cell under the control that was recorded, where no run is of it.
+    cell: Option<WeldingCell>,
+}
+
+impl<'a> Recorded<'a> {
+    fn new(arguments: &Arguments, log: &'a LoggedWeld, laws: &[Entry]) -> Result<Self> {
+        let law = arguments.recorded_law.clone().unwrap_or(Entry::of::<Uncompensated>());
+        let mut files = arguments.files.cell.files();
+        let control = arguments.recorded_control.clone();
+        let is_run = files.control == control
+            && arguments.passes == 1
+            && laws.iter().any(|run| run.name() == law.name());
+        files.control = control;
+        let name = |file: &PathBuf| file.display().to_string();
+        let control = files.control.as_ref().map_or("that of the program".to_owned(), name);
+        let cell = (!is_run).then(|| log.cell(&files)).transpose()?;
+        let folder = arguments.from.as_ref().map(name).unwrap_or_default();
+        Ok(Self { log, folder, law, control, cell })
+    }
+
+    /// The record beside its simulation: one of these `welds`, or one more.
+    fn beside(self, controller: ControllerKind, welds: &[SimulatedWeld]) -> Result<FromLog> {
+        let check = match &self.cell {
+            Some(cell) => {
+                let replayed = simulate(cell).controller(controller).law(self.law.clone()).run()?;
+                self.check(&replayed.runs)
+            }
+            None => self.check(welds),
+        };
+        let check = check.ok_or_else(|| {
+            miette!(
+                "{}: the tracker saw nothing of the steady part of the weld; expected it to see the tool there",
+                self.folder
+            )
+        })?;
+        let LoggedWeld { disturbance, axes, rows, spindle, .. } = self.log;
+        let axis = |k: usize| AxisDisturbance {
+            axis: WELD_AXES[k],
+            rms_n: disturbance.rms[k],
+            noise_n: disturbance.noise[k],
+            taken: axes.contains(&k),
+        };
+        Ok(FromLog {
+            log: self.folder,
+            control: self.control,
+            spindle_rad_s: *spindle,
+            disturbance: [0, 1, 2].map(axis),
+            check,
+            rows: rows.clone(),
+        })
+    }
+
+    fn check(&self, welds: &[SimulatedWeld]) -> Option<ReplayCheck> {
+        let replayed = welds.iter().find(|weld| weld.recording.compensator == self.law.name())?;
+        ReplayCheck::of(&self.log.rows, &replayed.recording)
+    }
 }

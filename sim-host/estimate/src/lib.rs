@@ -21,6 +21,7 @@
 //! | [`align`] | clocks fitted to what a model predicts |
 //! | [`residuals`] | how far a model is from its logs, and under which conditions |
 //! | [`fit`] | effects fitted to logs by their residuals; calibrations |
+//! | [`disturbance`] | the force of a recorded weld that its model does not explain |
 //! | [`encoder_noise`] | what noise that drives every prediction leaves open of fitted values |
 //! | [`safe_space`] | where an arm may stand, and under which loads |
 //! | [`identify`] | stiffness, damping and process from logs, without a prior; poses that tell them best |
@@ -42,6 +43,7 @@
 //! ```
 
 pub mod align;
+pub mod disturbance;
 pub mod encoder_noise;
 pub mod fit;
 pub mod identify;

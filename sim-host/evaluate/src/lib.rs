@@ -19,10 +19,12 @@
 
 mod arm;
 pub mod certify;
+mod core_replay;
 mod figure;
 pub mod laws;
 pub mod margins;
 mod rate;
+mod replayed;
 mod requirements;
 mod step;
 pub mod study;
@@ -31,8 +33,13 @@ mod uncertain;
 mod weld;
 
 pub use arm::{ArmAt, PlacedSeam};
+pub use core_replay::{
+    CoreDifference, CoreOutput, CoreOutputs, CorePeriod, CoreReadings, CoreReplay, CoreRun,
+    CoreScalar, MEASUREMENT_NUMBERS, PERIOD_NUMBERS,
+};
 pub use figure::{Figure, FigureOf, Limit};
 pub use rate::Rate;
+pub use replayed::{RecordedRow, ReplayCheck, TrackFigures};
 pub use requirements::{Faults, IdleLimit, MarginLimits, NotRequired, Requirements};
 pub use step::StepFigures;
 pub use uncertain::{

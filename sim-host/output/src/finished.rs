@@ -19,7 +19,7 @@ use trueweld_evaluate::study::{
     StudyRun,
 };
 use trueweld_evaluate::tune::{TunedController, TunedLaw, Tuning};
-use trueweld_evaluate::{StepFigures, WeldFigures};
+use trueweld_evaluate::{CoreReplay, RecordedRow, ReplayCheck, StepFigures, WeldFigures};
 use trueweld_logs::log::Log;
 use trueweld_logs::log::import::Proposal;
 use trueweld_logs::pair::LogPair;
@@ -35,9 +35,56 @@ pub struct WeldReport<'a> {
     pub provenance: &'a Provenance,
     /// Every run, in the order of the table.
     pub runs: &'a [WeldRun<'a>],
+    /// The recorded weld that is made again.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from_log: Option<&'a FromLog>,
     /// Factor by which a recording enlarges deviations.
     #[serde(skip)]
     pub exaggeration: f64,
+}
+
+/// What a simulated weld takes from the log of a real one, and how near its replay comes to it.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[schemars(rename = "FromLogResult", deny_unknown_fields)]
+pub struct FromLog {
+    /// Folder of the log.
+    pub log: String,
+    /// Control file that it is taken to be recorded under.
+    pub control: String,
+    /// Mean speed of the spindle as recorded, rad/s.
+    pub spindle_rad_s: f64,
+    /// Force on the tool that the model does not explain, along x, y and z of W.
+    pub disturbance: [AxisDisturbance; 3],
+    /// The record beside its simulation.
+    pub check: ReplayCheck,
+    /// What was recorded of the tool, to draw it.
+    #[serde(skip)]
+    pub rows: Vec<RecordedRow>,
+}
+
+/// Force on the tool that the model does not explain, along one axis.
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[schemars(rename = "AxisDisturbanceResult", deny_unknown_fields)]
+pub struct AxisDisturbance {
+    /// Axis of W.
+    pub axis: &'static str,
+    /// Root mean square, N.
+    pub rms_n: f64,
+    /// Root mean square of the noise in it, N.
+    pub noise_n: f64,
+    /// Whether the simulation is disturbed by it.
+    pub taken: bool,
+}
+
+/// A recorded run of a core beside the same core on this machine.
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[schemars(rename = "CoreReplayResult")]
+pub struct CoreReplayReport<'a> {
+    /// What came out.
+    #[serde(flatten)]
+    pub replay: &'a CoreReplay,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
 }
 
 /// Figures of one weld.

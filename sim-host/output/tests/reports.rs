@@ -51,8 +51,12 @@ fn weld() {
     let mut welds = sample::welds(400);
     welds.figures[0].limited_rows = 0;
     welds.figures[0].limits.clear();
-    let report =
-        WeldReport { runs: &welds.runs(), exaggeration: 50.0, provenance: sample::provenance() };
+    let report = WeldReport {
+        runs: &welds.runs(),
+        from_log: None,
+        exaggeration: 50.0,
+        provenance: sample::provenance(),
+    };
     insta::assert_snapshot!(told(&report));
 }
 

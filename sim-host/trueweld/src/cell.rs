@@ -61,7 +61,10 @@ pub struct CellFiles {
     pub period: Option<f64>,
     /// Seed of the sensors' noise, instead of the sensor file's.
     pub seed: Option<u64>,
-    /// Files that a law was read from. Nothing is read from them here; results state them.
+    /// Effects of the real cell that no file states: what a log shows that its model does not explain.
+    pub found_effects: Vec<Effect>,
+    /// Files that a law or a found effect was read from. Nothing is read from them here; results state
+    /// them.
     pub law_files: Vec<FileDigest>,
 }
 
@@ -276,6 +279,7 @@ impl CellFiles {
             Effect::parse(text, &robot).map_err(|error| miette!("--effect {text}: {error}"))
         };
         effects.extend(self.effects.iter().map(parse).collect::<Result<Vec<_>>>()?);
+        effects.extend(self.found_effects.iter().cloned());
         let cell =
             Cell::new(&robot.robot, &effects, &process, Seam::real(&weld)).into_diagnostic()?;
         let error = self.stiffness_error.unwrap_or(0.0);

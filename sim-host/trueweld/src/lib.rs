@@ -75,10 +75,12 @@ mod cell;
 mod certify;
 mod compare;
 mod compare_logs;
+mod core_log;
 mod diagnose;
 mod fixture;
 mod identify;
 mod improve;
+mod logged_weld;
 mod measured;
 mod plan;
 mod program;
@@ -92,10 +94,14 @@ pub use certify::{
 };
 pub use compare::compare;
 pub use compare_logs::{ComparedPair, compare_logs};
+pub use core_log::{
+    CORE_INPUTS_FILE, CORE_OUTPUTS_FILE, CoreFile, read_core_log, record_core, write_core_log,
+};
 pub use diagnose::{CellDiagnosis, DiagnoseOptions, DiagnoseTask, diagnose};
 pub use fixture::{Embedded, read_input};
 pub use identify::identify;
 pub use improve::{ImproveOptions, ImproveTask, ImprovedModel, improve};
+pub use logged_weld::LoggedWeld;
 pub use measured::{GivenLogs, HeldOutLogs, MeasuredLogs, measured_provenance};
 pub use plan::{PlannedExperiments, control_and_sensors, plan};
 pub use program::Program;

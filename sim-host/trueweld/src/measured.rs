@@ -101,7 +101,7 @@ fn must_have_no_mistakes(found: &Found) -> Result<()> {
     }
 }
 
-fn must_be_of(logs: &[Log], model: &ModelFile) -> Result<()> {
+pub(crate) fn must_be_of(logs: &[Log], model: &ModelFile) -> Result<()> {
     for log in logs {
         log.must_be_of(&model.robot, &format!("the model {}", model.path.display()))?;
     }

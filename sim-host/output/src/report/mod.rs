@@ -14,6 +14,7 @@ mod log_faults;
 mod plan;
 mod record;
 mod register;
+mod replay;
 mod residuals;
 mod step;
 mod study;
@@ -117,6 +118,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
     }
     vec![
         of(crate::WeldReport::json),
+        of(crate::CoreReplayReport::json),
         of(crate::StepReport::json),
         of(crate::LawsReport::json),
         of(crate::CertifyReport::json),

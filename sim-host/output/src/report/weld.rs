@@ -7,12 +7,13 @@ use crate::document::{
 };
 use crate::path::{moving, travelled};
 use crate::samples::{self, BlockTable};
+use crate::text::replay::{not_taken, replayed, taken};
 use crate::text::weld::{beyond_tolerance, headline, run_names, setting, speed};
 use crate::text::{Scale, fixed};
-use crate::{MILLI, WeldReport, WeldRun};
+use crate::{FromLog, MILLI, WeldReport, WeldRun};
 use trueweld_core::monitor::WATCHED_ORDERS;
 use trueweld_core::{JOINTS, JointVector};
-use trueweld_evaluate::{DriveLoad, Spread, WeldFigures};
+use trueweld_evaluate::{DriveLoad, ReplayCheck, Spread, TrackFigures, WeldFigures};
 use trueweld_plant::simulate::{Phase, RecordRow};
 
 impl Report for WeldReport<'_> {
@@ -28,11 +29,19 @@ impl Report for WeldReport<'_> {
 
     fn document(&self) -> Document {
         let names = run_names(self.runs);
-        let mut document = Document::new("Weld", headline(self.runs), self.provenance);
+        let replay = self.from_log.map(|log| replayed(log) + " ").unwrap_or_default();
+        let headline = replay + &headline(self.runs);
+        let mut document = Document::new("Weld", headline, self.provenance);
         document.push(Block::Note(setting(self.runs)));
         document.push(Block::Table(table(self.runs, &names)));
+        if let Some(log) = self.from_log {
+            document.table("The record and its replay", beside_record(log));
+            document.list("Taken from the log", taken(log));
+            document.list("Not taken from it", not_taken(log));
+        }
         document.push_on(Medium::Terminal, Block::Note(speed(self.runs)));
-        document.push_on(Medium::Page, Block::Figures(figures(self.runs, &names)));
+        let figures = figures(self.runs, &names, self.from_log);
+        document.push_on(Medium::Page, Block::Figures(figures));
         document
     }
 }
@@ -116,6 +125,34 @@ fn table(runs: &[WeldRun], names: &[String]) -> Table {
     Table { head, rows }
 }
 
+/// Recorded and simulated figures of the steady part.
+fn beside_record(log: &FromLog) -> Table {
+    let ReplayCheck { recorded, replayed, apart, .. } = &log.check;
+    let small = Scale::small("m");
+    let row = |name: &str, values: [f64; 2], factor: f64, decimals: usize| {
+        let values = values.map(|value| number(fixed(value * factor, decimals)));
+        std::iter::once(words(name)).chain(values).collect()
+    };
+    let spread = |name: &str, of: fn(&Spread) -> f64| {
+        let values = [recorded, replayed].map(|figures| of(&figures.lateral));
+        row(&small.named(name), values, small.factor, 3)
+    };
+    let both = |of: fn(&TrackFigures) -> f64| [of(recorded), of(replayed)];
+    let head = [words(""), number("recorded"), number("replayed")].to_vec();
+    let along =
+        format!("{} RMS, {} at most", small.quantity(apart.rms), small.quantity(apart.max_abs));
+    let mut rows = vec![
+        spread("lateral, mean", |f| f.mean),
+        spread("lateral, RMS", |f| f.rms),
+        spread("lateral, |max|", |f| f.max_abs),
+        row(&small.named("depth, mean"), both(|f| f.depth.mean), small.factor, 3),
+        row("push, mean, kN", both(|f| f.push_n), 1.0 / MILLI, 3),
+        row("speed along the seam, mm/s", both(|f| f.feed_m_s), MILLI, 3),
+    ];
+    rows.push(vec![words("lateral, apart"), number(along).over(2)]);
+    Table { head: vec![head], rows }
+}
+
 /// Mean, root mean square and largest magnitude of every run.
 fn spread(
     runs: &[WeldRun],
@@ -191,7 +228,7 @@ impl SeamSignals<'_> {
     }
 }
 
-fn figures(runs: &[WeldRun], names: &[String]) -> Vec<Picture> {
+fn figures(runs: &[WeldRun], names: &[String], log: Option<&FromLog>) -> Vec<Picture> {
     if runs.is_empty() {
         return Vec::new();
     }
@@ -204,11 +241,16 @@ fn figures(runs: &[WeldRun], names: &[String]) -> Vec<Picture> {
     let mut push = signals.rippled("push, kN", |row| -row.force_w.z / MILLI);
     let asked_for = signals.over_path(0, |row| row.force_desired.map(|force| force / MILLI));
     push.lines.push(reference("asked for", asked_for));
+    let mut laterals = signals.of_all(lateral);
+    laterals.extend(log.map(|log| {
+        let points = log.rows.iter().map(|row| (row.path * MILLI, row.lateral * MILLI));
+        reference("recorded", points.collect())
+    }));
     let all = Plot {
         band: Some([-limit, limit]),
         band_name: format!("within {name}").into(),
         wide: true,
-        ..signals.plot("lateral deviation, mm", signals.of_all(lateral))
+        ..signals.plot("lateral deviation, mm", laterals)
     };
     let mut figures =
         vec![Picture::new(format!("Lateral deviation; {name} is ±{limit:.1} mm"), all)];
@@ -291,7 +333,7 @@ mod tests {
     use crate::sample;
 
     fn report<'a>(runs: &'a [WeldRun<'a>]) -> WeldReport<'a> {
-        WeldReport { runs, exaggeration: 50.0, provenance: sample::provenance() }
+        WeldReport { runs, from_log: None, exaggeration: 50.0, provenance: sample::provenance() }
     }
 
     #[test]

@@ -105,7 +105,7 @@ fn a_recording_says_what_it_is_of_and_which_limit_was_hit_when() {
 }
 
 fn welded<'a>(runs: &'a [WeldRun<'a>]) -> WeldReport<'a> {
-    WeldReport { runs, exaggeration: 50.0, provenance: sample::provenance() }
+    WeldReport { runs, from_log: None, exaggeration: 50.0, provenance: sample::provenance() }
 }
 
 #[test]

@@ -264,7 +264,12 @@ mod tests {
 
         let welds = sample::welds(300);
         let runs = welds.runs();
-        let weld = WeldReport { runs: &runs, exaggeration: 1.0, provenance: sample::provenance() };
+        let weld = WeldReport {
+            runs: &runs,
+            from_log: None,
+            exaggeration: 1.0,
+            provenance: sample::provenance(),
+        };
         let parts = sample::diagnosis(trueweld_diagnose::DiagnosisVerdict::EffectFound);
         assert_eq!(rows_of_both(&|path| weld.samples().unwrap().write(path).unwrap()), 600);
         // Three columns of 500 rows, under two models.

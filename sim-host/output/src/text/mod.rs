@@ -23,6 +23,7 @@ pub(crate) mod provenance;
 mod published;
 mod quantity;
 pub(crate) mod register;
+pub(crate) mod replay;
 pub(crate) mod requirement;
 pub(crate) mod step;
 pub(crate) mod study;

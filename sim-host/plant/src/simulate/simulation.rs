@@ -351,6 +351,11 @@ impl<L: Compensator<f64>> Simulation<L> {
         self.cell.periods_done()
     }
 
+    /// Encoder angles, rad, and motor torque, N·m, that the controller started with.
+    pub fn start(&self) -> [JointVector<f64>; 2] {
+        self.cell.start()
+    }
+
     /// The cell's motion where it was last [observed](Self::observe).
     pub fn motion(&self) -> &CellMotion {
         self.cell.motion()
