@@ -191,7 +191,7 @@ impl Contents {
         let own = |name: &str| if is_model { None } else { file(name) };
         let seed = options.seed.map(|seed| seed.parse()).transpose().into_diagnostic()?;
         let files = CellFiles {
-            found_effects: Vec::new(),
+            found: Default::default(),
             law_files: Vec::new(),
             robot: own("robot.toml"),
             process: own("process.toml"),

@@ -70,7 +70,7 @@ impl CellSimulation {
             spindle_rpm,
             period,
             seed,
-            found_effects: Vec::new(),
+            found: Default::default(),
             law_files: Vec::new(),
         };
         let controller = ControllerKind::find(controller).map_err(|near| {

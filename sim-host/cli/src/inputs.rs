@@ -5,7 +5,7 @@ use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use miette::Result;
 use std::path::{Path, PathBuf};
-use trueweld::{CellFiles, WeldingCell};
+use trueweld::{CellFiles, FoundInLog, WeldingCell};
 
 /// Input files of one weld; each has an embedded default.
 #[derive(Args, Default)]
@@ -86,7 +86,7 @@ impl CellArguments {
             spindle_rpm: self.spindle_rpm,
             period: self.period,
             seed: self.seed,
-            found_effects: Vec::new(),
+            found: FoundInLog::default(),
             law_files: session::law_files(),
         }
     }

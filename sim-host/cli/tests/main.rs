@@ -16,3 +16,4 @@ mod shards;
 mod study;
 mod support;
 mod tune;
+mod what_if;

@@ -18,6 +18,8 @@ pub struct RecordedRow {
     pub depth: f64,
     /// Push on the plate as the force sensor read it, N.
     pub push: f64,
+    /// Across the seam by the encoders alone, as if nothing bent, m.
+    pub encoder: f64,
 }
 
 /// Figures of a recorded weld, or of its simulation at the same places.
@@ -27,6 +29,9 @@ pub struct TrackFigures {
     /// Deviation across the seam, m.
     #[serde(rename = "lateral_m")]
     pub lateral: Spread,
+    /// The same by the encoders alone, as if nothing bent, m: what was commanded, not what it became.
+    #[serde(rename = "encoder_lateral_m")]
+    pub encoder: Spread,
     /// Depth below the plate's surface, m.
     #[serde(rename = "depth_m")]
     pub depth: Spread,
@@ -58,6 +63,7 @@ impl TrackFigures {
         let push = rows.iter().map(|row| row.push).filter(|push| push.is_finite());
         Some(Self {
             lateral: Spread::of(rows.iter().map(|row| row.lateral)),
+            encoder: Spread::of(rows.iter().map(|row| row.encoder)),
             depth: Spread::of(rows.iter().map(|row| row.depth)),
             push_n: Spread::of(push).mean,
             feed_m_s: (last.path - first.path) / (last.time - first.time),
@@ -99,5 +105,9 @@ fn simulated_at(steady: &[&RecordRow], path: f64) -> RecordedRow {
         lateral: between(|row| row.deviation_w.linear.y),
         depth: between(|row| row.deviation_w.linear.z),
         push: between(|row| -row.force_w.z),
+        encoder: between(|row| {
+            let from_nominal = row.encoder_pose.position - row.nominal.position;
+            row.axes.column(1).dot(&from_nominal)
+        }),
     }
 }

@@ -61,11 +61,20 @@ pub struct CellFiles {
     pub period: Option<f64>,
     /// Seed of the sensors' noise, instead of the sensor file's.
     pub seed: Option<u64>,
-    /// Effects of the real cell that no file states: what a log shows that its model does not explain.
-    pub found_effects: Vec<Effect>,
-    /// Files that a law or a found effect was read from. Nothing is read from them here; results state
+    /// What was found of the real cell beside its files.
+    pub found: FoundInLog,
+    /// Files that a law was read from, or the log of `found`. Nothing is read from them here; results state
     /// them.
     pub law_files: Vec<FileDigest>,
+}
+
+/// What the log of a weld shows of its cell that no file states.
+#[derive(Debug, Clone, Default)]
+pub struct FoundInLog {
+    /// Effects of the real cell.
+    pub effects: Vec<Effect>,
+    /// Speed of the spindle with its sense, rad/s, instead of the process file's.
+    pub spindle: Option<f64>,
 }
 
 /// The value of an option within the possible range of its quantity, in the quantity's unit.
@@ -256,6 +265,7 @@ impl CellFiles {
         let ReadModel { robot, mut process, mut effects, posterior } =
             self.read_model(&mut files)?;
         let known = if self.informed { self.known(&robot, &effects)? } else { robot.robot.clone() };
+        process.spindle = self.found.spindle.unwrap_or(process.spindle);
         if let Some(rpm) = self.spindle_rpm {
             let rpm = checked_option("--spindle-rpm", "spindle_rpm", rpm)?;
             process.spindle = (rpm * std::f64::consts::TAU / 60.0).copysign(process.spindle);
@@ -279,7 +289,7 @@ impl CellFiles {
             Effect::parse(text, &robot).map_err(|error| miette!("--effect {text}: {error}"))
         };
         effects.extend(self.effects.iter().map(parse).collect::<Result<Vec<_>>>()?);
-        effects.extend(self.found_effects.iter().cloned());
+        effects.extend(self.found.effects.iter().cloned());
         let cell =
             Cell::new(&robot.robot, &effects, &process, Seam::real(&weld)).into_diagnostic()?;
         let error = self.stiffness_error.unwrap_or(0.0);

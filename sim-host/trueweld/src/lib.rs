@@ -88,7 +88,9 @@ mod provenance;
 mod simulate;
 mod work;
 
-pub use cell::{CellFiles, PLANT_STEP, STEP_OF_MANY, WeldingCell, checked_option, is_same_file};
+pub use cell::{
+    CellFiles, FoundInLog, PLANT_STEP, STEP_OF_MANY, WeldingCell, checked_option, is_same_file,
+};
 pub use certify::{
     CertifyOptions, PreparedCertification, RequirementsFile, StartedCertification, certify,
 };

@@ -1,12 +1,13 @@
 //! A weld that was recorded, made again in simulation: its robot, its seam, its process, and the force
 //! on the tool that the model does not explain.
 
-use crate::cell::{CellFiles, WeldingCell};
+use crate::cell::{CellFiles, FoundInLog, WeldingCell};
 use crate::compare::compare;
 use crate::measured::{GivenLogs, log_digests, must_be_of};
 use miette::{Result, miette};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
+use trueweld_core::Robot;
 use trueweld_estimate::disturbance::{ForceDisturbance, tool_rotation};
 use trueweld_evaluate::RecordedRow;
 use trueweld_logs::campaign::read_logs;
@@ -75,7 +76,11 @@ impl LoggedWeld {
         let recorded = mean_spindle(&measured.logs);
         let spindle = recorded.or(process.map(|process| process.spindle)).unwrap_or(0.0);
         Ok(Self {
-            rows: measured.logs.iter().flat_map(|log| recorded_rows(log, spindle)).collect(),
+            rows: measured
+                .logs
+                .iter()
+                .flat_map(|log| recorded_rows(log, &measured.model.robot.robot, spindle))
+                .collect(),
             pieces: measured.logs,
             disturbance,
             axes: if bears_push { vec![0, 1] } else { vec![0, 1, 2] },
@@ -98,8 +103,10 @@ impl LoggedWeld {
             model: self.model.clone(),
             robot: if given { None } else { named("robot")? },
             process: if given { None } else { named("process")? },
-            spindle_rpm: files.spindle_rpm.or(Some(self.spindle.abs() * 60.0 / TAU)),
-            found_effects: self.disturbance.effects(&self.axes),
+            found: FoundInLog {
+                effects: self.disturbance.effects(&self.axes),
+                spindle: Some(self.spindle),
+            },
             ..files.clone()
         };
         files.law_files.extend(log_digests("log", &self.pieces)?);
@@ -171,7 +178,7 @@ fn mean_spindle(logs: &[Log]) -> Option<f64> {
 }
 
 /// What was recorded of the tool, where the tracker saw it throughout a window.
-fn recorded_rows(log: &Log, spindle: f64) -> Vec<RecordedRow> {
+fn recorded_rows(log: &Log, robot: &Robot<f64>, spindle: f64) -> Vec<RecordedRow> {
     let (Some(weld), Some(position), Some(period)) = (&log.weld, &log.samples.position, log.period)
     else {
         return Vec::new();
@@ -187,7 +194,8 @@ fn recorded_rows(log: &Log, spindle: f64) -> Vec<RecordedRow> {
         let push = force.map(|force| -(tool_rotation(log, k) * force).dot(&place.axes.column(2)));
         let [path, lateral, depth] = place.position.into();
         let push = push.unwrap_or(f64::NAN);
-        RecordedRow { time: log.samples.time[k], path, lateral, depth, push }
+        let encoder = seam.across(&robot.forward_kinematics(&log.samples.encoder[k]).position);
+        RecordedRow { time: log.samples.time[k], path, lateral, depth, push, encoder }
     };
     let rows = (half..n.saturating_sub(half)).map(row);
     rows.filter(|row| row.path.is_finite()).collect()

@@ -145,6 +145,12 @@ fn beside_record(log: &FromLog) -> Table {
         spread("lateral, mean", |f| f.mean),
         spread("lateral, RMS", |f| f.rms),
         spread("lateral, |max|", |f| f.max_abs),
+        row(
+            &small.named("lateral by the encoders, mean"),
+            both(|f| f.encoder.mean),
+            small.factor,
+            3,
+        ),
         row(&small.named("depth, mean"), both(|f| f.depth.mean), small.factor, 3),
         row("push, mean, kN", both(|f| f.push_n), 1.0 / MILLI, 3),
         row("speed along the seam, mm/s", both(|f| f.feed_m_s), MILLI, 3),

@@ -56,8 +56,12 @@ fn difference(of: &CoreDifference) -> String {
     let axis = ["x", "y", "z"][of.index % 3];
     match of.output {
         CoreOutput::Fault => {
-            let told = |fault: bool| if fault { "a fault" } else { "no fault" };
-            format!("recorded {}, computed here {}", told(recorded != 0.0), told(replayed != 0.0))
+            let told = |status: f64| match status {
+                0.0 => "no fault".to_owned(),
+                call if call < 0.0 => format!("a wrong call (status {call})"),
+                _ => "a fault".to_owned(),
+            };
+            format!("recorded {}, computed here {}", told(recorded), told(replayed))
         }
         CoreOutput::Torque => format!("torque of A{}, {}", of.index + 1, pair("N·m")),
         CoreOutput::Correction if of.index < 3 => {
