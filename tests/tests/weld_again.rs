@@ -40,7 +40,9 @@ fn cell(folder: &Path, effects: Vec<Effect>) -> WeldingCell {
     let weld = folder.join("weld.toml");
     fs::write(&weld, WELD).expect("a weld file");
     let files = CellFiles::new().robot(fixture(ROBOT)).process(fixture(PROCESS));
-    CellFiles { found: FoundInLog { effects, spindle: None }, ..files }.weld(weld).expect("a cell")
+    CellFiles { found: FoundInLog { effects, ..FoundInLog::default() }, ..files }
+        .weld(weld)
+        .expect("a cell")
 }
 
 fn welded(cell: &WeldingCell) -> SimulatedWelds {
@@ -82,6 +84,17 @@ fn a_weld_made_again_deviates_as_the_real_one_under_its_law_and_under_another() 
     let check = ReplayCheck::of(&log.rows, &again.runs[0].recording).expect("a steady part");
     let disturbed = apart(&undisturbed.runs[0].recording, &recorded.runs[0].recording);
     assert!(check.apart.rms < 0.15 * disturbed, "{check:?}");
+    let taught = |check: &ReplayCheck| check.recorded.encoder.mean - check.replayed.encoder.mean;
+    assert!(taught(&check).abs() < 0.02 * check.recorded.bent.rms, "{check:?}");
     assert!((check.recorded.push_n - 18e3).abs() < 100.0, "{check:?}");
     assert!((check.recorded.feed_m_s / check.replayed.feed_m_s - 1.0).abs() < 0.01, "{check:?}");
+    assert!(log.feeds.is_empty(), "{:?}", log.feeds);
+    // A record of another law: its encoders go elsewhere, by what the law corrects.
+    let other = folder.path().join("other");
+    files
+        .write_simulated(&other, &recorded.runs[1].recording, &real.cell, real.planned.spindle)
+        .expect("a log");
+    let log = LoggedWeld::read(&other.join("weld"), None).expect("a log that can be welded again");
+    let check = ReplayCheck::of(&log.rows, &again.runs[0].recording).expect("a steady part");
+    assert!(taught(&check).abs() > 0.8 * check.recorded.bent.rms, "{check:?}");
 }

@@ -6,9 +6,9 @@ use crate::names::{ControllerParser, LawList, LawListParser, LawParser};
 use crate::results::{FormFiles, RecordedResults, Results, check_outputs, check_targets};
 use clap::Args;
 use miette::{Report, Result, miette};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use trueweld::{
-    LoggedWeld, PLANT_STEP, STEP_OF_MANY, SimulateOptions, SimulatedWeld, WeldingCell, simulate,
+    CellFiles, LoggedWeld, PLANT_STEP, STEP_OF_MANY, SimulateOptions, SimulatedWeld, simulate,
 };
 use trueweld_compensators::{Elastostatic, Entry, Uncompensated};
 use trueweld_estimate::disturbance::WELD_AXES;
@@ -99,12 +99,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let outputs = arguments.results.outputs();
     check_targets(&outputs)?;
     let laws = arguments.laws()?;
-    let log = arguments.log()?;
-    let inputs = match &log {
+    let recorded = arguments.from.as_deref().map(|log| WeldRecord::read(arguments, log));
+    let recorded = recorded.transpose()?;
+    let inputs = match &recorded {
         None => arguments.files.read()?,
-        Some(log) => log.cell(&arguments.files.cell.files())?,
+        Some(recorded) => recorded.log.cell(&arguments.files.cell.files())?,
     };
-    let recorded = log.as_ref().map(|log| Recorded::new(arguments, log, &laws)).transpose()?;
     let controller = arguments.controller;
     let passes = arguments.passes as usize;
     // Under a certificate the run is the one that was certified.
@@ -125,7 +125,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if let Some((path, certificate)) = &certificate {
         welds.iter().try_for_each(|weld| certificate::tell(path, certificate, &weld.figures))?;
     }
-    let from_log = recorded.map(|recorded| recorded.beside(controller, &welds)).transpose()?;
+    let from_log = recorded.map(|recorded| recorded.beside(arguments, &welds)).transpose()?;
     let robot = &inputs.robot.robot;
     let runs: Vec<WeldRun<'_>> = welds
         .iter()
@@ -153,74 +153,73 @@ impl Arguments {
         }
         Ok(laws.clone())
     }
-
-    /// The weld that is made again.
-    fn log(&self) -> Result<Option<LoggedWeld>> {
-        let model = self.files.cell.files().model;
-        self.from.as_deref().map(|log| LoggedWeld::read(log, model.as_deref())).transpose()
-    }
 }
 
-/// A recorded weld, with what it takes to simulate it as it was recorded.
-struct Recorded<'a> {
-    log: &'a LoggedWeld,
+/// A recorded weld, with the law and the gains that it was recorded under.
+struct WeldRecord {
+    log: LoggedWeld,
     folder: String,
     law: Entry,
-    control: String,
-    /// The cell under the control that was recorded, where no run is of it.
-    cell: Option<WeldingCell>,
+    files: CellFiles,
 }
 
-impl<'a> Recorded<'a> {
-    fn new(arguments: &Arguments, log: &'a LoggedWeld, laws: &[Entry]) -> Result<Self> {
+impl WeldRecord {
+    /// Reads the log, and finds by a first replay where its path was taught.
+    fn read(arguments: &Arguments, folder: &Path) -> Result<Self> {
+        let files = arguments.files.cell.files();
+        let log = LoggedWeld::read(folder, files.model.as_deref())?;
         let law = arguments.recorded_law.clone().unwrap_or(Entry::of::<Uncompensated>());
-        let mut files = arguments.files.cell.files();
-        let control = arguments.recorded_control.clone();
-        let is_run = files.control == control
-            && arguments.passes == 1
-            && laws.iter().any(|run| run.name() == law.name());
-        files.control = control;
-        let name = |file: &PathBuf| file.display().to_string();
-        let control = files.control.as_ref().map_or("that of the program".to_owned(), name);
-        let cell = (!is_run).then(|| log.cell(&files)).transpose()?;
-        let folder = arguments.from.as_ref().map(name).unwrap_or_default();
-        Ok(Self { log, folder, law, control, cell })
+        let files = CellFiles { control: arguments.recorded_control.clone(), ..files };
+        let folder = folder.display().to_string();
+        let mut record = Self { log, folder, law, files };
+        let first = record.replay(arguments.controller)?;
+        record.log.find_taught_path(&first);
+        Ok(record)
     }
 
-    /// The record beside its simulation: one of these `welds`, or one more.
-    fn beside(self, controller: ControllerKind, welds: &[SimulatedWeld]) -> Result<FromLog> {
-        let check = match &self.cell {
-            Some(cell) => {
-                let replayed = simulate(cell).controller(controller).law(self.law.clone()).run()?;
-                self.check(&replayed.runs)
-            }
-            None => self.check(welds),
-        };
-        let check = check.ok_or_else(|| {
+    /// The record beside a simulation of its law and gains.
+    fn replay(&self, controller: ControllerKind) -> Result<ReplayCheck> {
+        let cell = self.log.cell(&self.files)?;
+        let welds = simulate(&cell).controller(controller).law(self.law.clone()).run()?.runs;
+        self.check(&welds)
+    }
+
+    /// The record beside that of some welds which is of its law.
+    fn check(&self, welds: &[SimulatedWeld]) -> Result<ReplayCheck> {
+        let replayed = welds.iter().find(|weld| weld.recording.compensator == self.law.name());
+        let check = replayed.and_then(|weld| ReplayCheck::of(&self.log.rows, &weld.recording));
+        check.ok_or_else(|| {
             miette!(
                 "{}: the tracker saw nothing of the steady part of the weld; expected it to see the tool there",
                 self.folder
             )
-        })?;
-        let LoggedWeld { disturbance, axes, rows, spindle, .. } = self.log;
+        })
+    }
+
+    /// What was taken from the log, with the record beside its simulation: one of these `welds` where one
+    /// is of its law and gains, else one more.
+    fn beside(self, arguments: &Arguments, welds: &[SimulatedWeld]) -> Result<FromLog> {
+        let is_run = self.files.control == arguments.files.cell.files().control
+            && arguments.passes == 1
+            && welds.iter().any(|weld| weld.recording.compensator == self.law.name());
+        let check = if is_run { self.check(welds)? } else { self.replay(arguments.controller)? };
+        let LoggedWeld { disturbance, axes, spindle, taught_offset, .. } = &self.log;
         let axis = |k: usize| AxisDisturbance {
             axis: WELD_AXES[k],
             rms_n: disturbance.rms[k],
             noise_n: disturbance.noise[k],
             taken: axes.contains(&k),
         };
+        let control = self.files.control.as_ref();
         Ok(FromLog {
             log: self.folder,
-            control: self.control,
+            control: control.map_or("that of the program".to_owned(), |f| f.display().to_string()),
             spindle_rad_s: *spindle,
+            taught_offset_m: *taught_offset,
             disturbance: [0, 1, 2].map(axis),
             check,
-            rows: rows.clone(),
+            feeds: self.log.feeds,
+            rows: self.log.rows,
         })
-    }
-
-    fn check(&self, welds: &[SimulatedWeld]) -> Option<ReplayCheck> {
-        let replayed = welds.iter().find(|weld| weld.recording.compensator == self.law.name())?;
-        ReplayCheck::of(&self.log.rows, &replayed.recording)
     }
 }

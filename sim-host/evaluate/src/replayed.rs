@@ -32,6 +32,9 @@ pub struct TrackFigures {
     /// The same by the encoders alone, as if nothing bent, m: what was commanded, not what it became.
     #[serde(rename = "encoder_lateral_m")]
     pub encoder: Spread,
+    /// The deviation less that: what the load bends, m.
+    #[serde(rename = "bent_m")]
+    pub bent: Spread,
     /// Depth below the plate's surface, m.
     #[serde(rename = "depth_m")]
     pub depth: Spread,
@@ -64,6 +67,7 @@ impl TrackFigures {
         Some(Self {
             lateral: Spread::of(rows.iter().map(|row| row.lateral)),
             encoder: Spread::of(rows.iter().map(|row| row.encoder)),
+            bent: Spread::of(rows.iter().map(|row| row.lateral - row.encoder)),
             depth: Spread::of(rows.iter().map(|row| row.depth)),
             push_n: Spread::of(push).mean,
             feed_m_s: (last.path - first.path) / (last.time - first.time),

@@ -53,6 +53,10 @@ pub struct FromLog {
     pub control: String,
     /// Mean speed of the spindle as recorded, rad/s.
     pub spindle_rad_s: f64,
+    /// Changes of the feed that the weld file does not state: path position, m, and speed, m/s.
+    pub feeds: Vec<(f64, f64)>,
+    /// How far across the seam the path was taught from where the model teaches it, m.
+    pub taught_offset_m: f64,
     /// Force on the tool that the model does not explain, along x, y and z of W.
     pub disturbance: [AxisDisturbance; 3],
     /// The record beside its simulation.

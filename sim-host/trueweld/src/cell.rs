@@ -75,6 +75,10 @@ pub struct FoundInLog {
     pub effects: Vec<Effect>,
     /// Speed of the spindle with its sense, rad/s, instead of the process file's.
     pub spindle: Option<f64>,
+    /// Changes of the feed that the weld file does not state: path position, m, and speed, m/s.
+    pub feeds: Vec<(f64, f64)>,
+    /// How far across the seam the path was taught from where the model teaches it, m.
+    pub taught_offset: f64,
 }
 
 /// The value of an option within the possible range of its quantity, in the quantity's unit.
@@ -258,13 +262,15 @@ impl CellFiles {
     /// The cell with a weld, which was read from `file` and has a name.
     fn with_weld(
         &self,
-        weld: Weld,
+        mut weld: Weld,
         [weld_file, weld_name]: [String; 2],
         mut files: Vec<FileDigest>,
     ) -> Result<WeldingCell> {
         let ReadModel { robot, mut process, mut effects, posterior } =
             self.read_model(&mut files)?;
         let known = if self.informed { self.known(&robot, &effects)? } else { robot.robot.clone() };
+        weld.feeds.extend(&self.found.feeds);
+        weld.real.by.linear.y -= self.found.taught_offset;
         process.spindle = self.found.spindle.unwrap_or(process.spindle);
         if let Some(rpm) = self.spindle_rpm {
             let rpm = checked_option("--spindle-rpm", "spindle_rpm", rpm)?;

@@ -68,6 +68,9 @@
 //! # Ok::<(), miette::Report>(())
 //! ```
 //!
+//! A recorded weld is made again, with other laws or gains, by [`LoggedWeld`]; a recorded run of a
+//! controller's core is compared with the core on this machine by [`read_core_log`] and [`CoreFile`].
+//!
 //! Laws and effects of one's own enter by a [`Program`]; [`prelude`] and [`gains!`] are what they are
 //! written with.
 

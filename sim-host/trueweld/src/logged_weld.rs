@@ -5,21 +5,28 @@ use crate::cell::{CellFiles, FoundInLog, WeldingCell};
 use crate::compare::compare;
 use crate::measured::{GivenLogs, log_digests, must_be_of};
 use miette::{Result, miette};
+use nalgebra::Vector3;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use trueweld_core::Robot;
 use trueweld_estimate::disturbance::{ForceDisturbance, tool_rotation};
-use trueweld_evaluate::RecordedRow;
+use trueweld_evaluate::{RecordedRow, ReplayCheck};
 use trueweld_logs::campaign::read_logs;
 use trueweld_logs::fir::LowPass;
 use trueweld_logs::log::{LOG_FILE, Log, LogKind};
-use trueweld_plant::input::{Accuracy, InputError, ModelFile, TomlDocument};
+use trueweld_plant::input::{Accuracy, InputError, ModelFile, TomlDocument, Weld, read_text};
 use trueweld_plant::simulate::Seam;
 
 /// Band in which a recorded tool is followed, Hz, and its largest share of the spindle's frequency: that
 /// in which `compare` follows it.
 const FOLLOWED_TOOL_BAND: f64 = 2.0;
 const FOLLOWED_SPINDLE_SHARE: f64 = 0.3;
+
+/// Window in which a recorded speed is a mean, s; how many of them the arm settles in after the feed rose;
+/// and the share by which another speed differs.
+const FEED_WINDOW: f64 = 1.0;
+const FEED_WINDOWS_SETTLED: f64 = 2.0;
+const FEED_CHANGE_MIN: f64 = 0.05;
 
 /// A recorded weld, with what a simulation takes from it.
 ///
@@ -42,6 +49,11 @@ pub struct LoggedWeld {
     pub rows: Vec<RecordedRow>,
     /// Mean speed of the spindle as recorded, rad/s; the process file's where it was not.
     pub spindle: f64,
+    /// Changes of the feed that the weld file does not state: path position, m, and speed, m/s.
+    pub feeds: Vec<(f64, f64)>,
+    /// How far across the seam the path was taught from where the model teaches it, m: 0 until it is
+    /// [found](Self::find_taught_path).
+    pub taught_offset: f64,
     folder: PathBuf,
     model: Option<PathBuf>,
 }
@@ -75,19 +87,27 @@ impl LoggedWeld {
         let bears_push = process.is_none_or(|process| process.bears_push());
         let recorded = mean_spindle(&measured.logs);
         let spindle = recorded.or(process.map(|process| process.spindle)).unwrap_or(0.0);
+        let robot = &measured.model.robot.robot;
+        let rows = measured.logs.iter().flat_map(|log| recorded_rows(log, robot, spindle));
+        let rows: Vec<RecordedRow> = rows.collect();
+        let weld = measured.logs[0].weld.as_ref();
         Ok(Self {
-            rows: measured
-                .logs
-                .iter()
-                .flat_map(|log| recorded_rows(log, &measured.model.robot.robot, spindle))
-                .collect(),
+            feeds: weld.map(|weld| feed_changes(&rows, weld)).unwrap_or_default(),
+            rows,
             pieces: measured.logs,
             disturbance,
             axes: if bears_push { vec![0, 1] } else { vec![0, 1, 2] },
             spindle,
+            taught_offset: 0.0,
             folder: folder.to_owned(),
             model: model.map(Path::to_owned),
         })
+    }
+
+    /// Finds where the path was taught by a replay of the law and the gains that were recorded: there the
+    /// encoders go the same way but for that.
+    pub fn find_taught_path(&mut self, replay: &ReplayCheck) {
+        self.taught_offset += replay.recorded.encoder.mean - replay.replayed.encoder.mean;
     }
 
     /// The cell that made the weld, as far as the model and the log tell. `files`: control, sensors and
@@ -106,6 +126,8 @@ impl LoggedWeld {
             found: FoundInLog {
                 effects: self.disturbance.effects(&self.axes),
                 spindle: Some(self.spindle),
+                feeds: self.feeds.clone(),
+                taught_offset: self.taught_offset,
             },
             ..files.clone()
         };
@@ -151,7 +173,7 @@ fn logs_of_weld(logs: Vec<Log>, folder: &Path) -> Result<Vec<Log>> {
 /// The file that `log.toml` names under a key.
 fn named_file(log: &Log, key: &str) -> Result<PathBuf, InputError> {
     let path = log.path.join(LOG_FILE);
-    let (name, text) = trueweld_plant::input::read_text(&path)?;
+    let (name, text) = read_text(&path)?;
     TomlDocument::parse(&text, &name)?.root().file(key, &log.path)
 }
 
@@ -177,6 +199,43 @@ fn mean_spindle(logs: &[Log]) -> Option<f64> {
     (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
 }
 
+/// Changes of the speed along the seam while the weld file states one speed: path position, m, and speed,
+/// m/s.
+fn feed_changes(rows: &[RecordedRow], weld: &Weld) -> Vec<(f64, f64)> {
+    let mut changes = Vec::new();
+    if !weld.feeds.is_empty() {
+        return changes;
+    }
+    let way = 0.5 * weld.feed * weld.feed_ramp;
+    // The arm bends while the feed rises and falls.
+    let settled = way + FEED_WINDOWS_SETTLED * FEED_WINDOW * weld.feed;
+    let range = settled..Seam::of(weld).length - settled;
+    let speeds = speeds(rows);
+    let mut now = weld.feed;
+    for pair in speeds.windows(2).filter(|pair| pair.iter().all(|(at, _)| range.contains(at))) {
+        let [(at, speed), (_, next)] = [pair[0], pair[1]];
+        let is_other = |a: f64, b: f64| (a / b - 1.0).abs() > FEED_CHANGE_MIN;
+        if is_other(speed, now) && !is_other(next, speed) && speed > 0.0 {
+            now = next;
+            changes.push((at, now));
+        }
+    }
+    changes
+}
+
+/// Mean speed along the seam in windows, m/s, and where each begins, m.
+fn speeds(rows: &[RecordedRow]) -> Vec<(f64, f64)> {
+    let mut speeds = Vec::new();
+    let Some(mut begun) = rows.first() else { return speeds };
+    for row in rows {
+        if row.time - begun.time >= FEED_WINDOW {
+            speeds.push((begun.path, (row.path - begun.path) / (row.time - begun.time)));
+            begun = row;
+        }
+    }
+    speeds
+}
+
 /// What was recorded of the tool, where the tracker saw it throughout a window.
 fn recorded_rows(log: &Log, robot: &Robot<f64>, spindle: f64) -> Vec<RecordedRow> {
     let (Some(weld), Some(position), Some(period)) = (&log.weld, &log.samples.position, log.period)
@@ -189,7 +248,7 @@ fn recorded_rows(log: &Log, robot: &Robot<f64>, spindle: f64) -> Vec<RecordedRow
     let (n, half) = (position.len(), low.half());
     let row = |k: usize| {
         let mean = |c: usize| low.at(0, |i| position[i][c], n, k);
-        let place = seam.place(&nalgebra::Vector3::from_fn(|c, _| mean(c)));
+        let place = seam.place(&Vector3::from_fn(|c, _| mean(c)));
         let force = log.samples.force.as_ref().map(|force| force[k]);
         let push = force.map(|force| -(tool_rotation(log, k) * force).dot(&place.axes.column(2)));
         let [path, lateral, depth] = place.position.into();

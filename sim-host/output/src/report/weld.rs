@@ -151,6 +151,7 @@ fn beside_record(log: &FromLog) -> Table {
             small.factor,
             3,
         ),
+        row(&small.named("what the load bends, mean"), both(|f| f.bent.mean), small.factor, 3),
         row(&small.named("depth, mean"), both(|f| f.depth.mean), small.factor, 3),
         row("push, mean, kN", both(|f| f.push_n), 1.0 / MILLI, 3),
         row("speed along the seam, mm/s", both(|f| f.feed_m_s), MILLI, 3),

@@ -8,8 +8,11 @@ use trueweld_evaluate::{CoreDifference, CoreOutput, CoreReadings, CoreReplay, Co
 /// mathematics: in `double` and in `float`.
 const ROUNDING_SHARES: [f64; 2] = [1e-9, 1e-3];
 
-/// Share of the recorded deviation up to which a replay counts as one.
+/// Share of what the load bent up to which a replay counts as one.
 const REPLAYED_SHARE: f64 = 0.2;
+
+/// Share of what the load bent up to which a path was taught elsewhere; further off it was commanded.
+const TAUGHT_SHARE: f64 = 0.5;
 
 /// Words for a law in a sentence.
 fn under(law: &str) -> String {
@@ -102,17 +105,24 @@ pub(crate) fn load(of: &CoreReadings) -> String {
 pub(crate) fn replayed(of: &FromLog) -> String {
     let check = &of.check;
     let scale = Scale::small("m");
-    let part = check.apart.rms / check.recorded.lateral.rms;
-    let verdict = if part <= REPLAYED_SHARE {
+    let part = check.apart.rms / check.recorded.bent.rms;
+    let taught = of.taught_offset_m.abs() / check.recorded.bent.rms;
+    let verdict = if taught > TAUGHT_SHARE {
+        format!(
+            "the encoders went {} beside the path of the replay, and other laws and gains say little of this cell: say with \
+             --recorded-law and --recorded-control what was welded with",
+            scale.quantity(of.taught_offset_m.abs())
+        )
+    } else if part <= REPLAYED_SHARE {
         "other laws and gains can be read to that".to_owned()
     } else {
         "the replay does not reproduce the record, and other laws and gains say little of this cell: `trueweld compare` shows where \
-         the model is off, and --recorded-law and --recorded-control what was welded with"
+         the model is off"
             .to_owned()
     };
     format!(
         "The recorded weld left the seam by up to {} by its tracker, its replay {} by up to {}; along the seam they are {} RMS apart, {} \
-         of the recorded deviation: {verdict}.",
+         of what the load bent: {verdict}.",
         scale.quantity(check.recorded.lateral.max_abs),
         under(&check.compensator),
         scale.quantity(check.replayed.lateral.max_abs),
@@ -127,8 +137,23 @@ pub(crate) fn taken(of: &FromLog) -> Vec<String> {
     vec![
         format!("from {}: robot or model, seam, process", of.log),
         format!("spindle, {turns:.1} turns a minute"),
+        feeds(of),
+        format!(
+            "path as the encoders went, {} across the seam from where the model teaches it",
+            Scale::small("m").signed(of.taught_offset_m)
+        ),
         format!("force that the model does not explain, {}", forces(of, true)),
     ]
+}
+
+/// `feed: that of the seam's file, from 92.1 mm on 7.00 mm/s`.
+fn feeds(of: &FromLog) -> String {
+    let scale = Scale::small("m");
+    let change = |(from, speed): &(f64, f64)| {
+        format!(", from {} on {}/s", scale.quantity(*from), scale.quantity(*speed))
+    };
+    let changes: String = of.feeds.iter().map(change).collect();
+    format!("feed, that of the seam's file{changes}")
 }
 
 /// What is not.
