@@ -42,9 +42,9 @@ pub(super) fn even_times(stamps: &[f64]) -> Option<Bursts> {
     if !is_whole {
         return None;
     }
-    let count = bursts.len() - 1;
-    let period = (ends[count] - ends[0]) / (count * rows) as f64;
     // The last burst may have been cut: by the rows before it.
+    let count = bursts.len() - 2;
+    let period = (ends[count] - ends[0]) / (count * rows) as f64;
     let rows_before = (first.len() - 1) as f64;
     let times = (0..stamps.len()).map(|k| ends[0] + period * (k as f64 - rows_before)).collect();
     Some(Bursts { times, rows })

@@ -329,7 +329,7 @@ impl NamedColumns {
             raw.values[k].as_ref().is_some_and(|v| v.windows(2).all(|pair| pair[1] > pair[0]))
         };
         let numbered = raw.names.iter().enumerate().all(|(k, name)| *name == (k + 1).to_string());
-        let headed = !numbered;
+        let headed = if raw.text { raw.entry.dialect.header > 0 } else { !numbered };
         if let Some(first) = self.claims.first_mut()
             && *first == Err(LeftOut::Unknown)
             && (!headed && raw.rows > 2 && is_strict(0))
