@@ -216,10 +216,8 @@ mod tests {
         assert_eq!(read(&mass), Err(HeaderError::Digest));
         let word = HEADER.replacen("/* mass */ 558.0", "/* mass */ heavy", 1);
         assert_eq!(read(&word), Err(HeaderError::Value("heavy".to_owned())));
-        assert_eq!(
-            read(&HEADER.replacen("/* mass */ 558.0", "", 1)),
-            Err(HeaderError::Value("\"elastostatic\"".to_owned()))
-        );
+        let shorter = HEADER.replacen("/* mass */ 558.0", "", 1);
+        assert!(matches!(read(&shorter), Err(HeaderError::Value(_))));
         assert!(matches!(read(""), Err(HeaderError::Missing(_))));
     }
 }

@@ -29,8 +29,8 @@ fn hidden() -> Vec<Effect> {
     };
     let text = format!(
         "schema = \"model/1\"\nrobot = \"{ROBOT}\"\n{}{}",
-        force("y", "sin(2 * pi * x / 0.15)"),
-        force("x", "x / 0.3")
+        force("y", "(1 - cos(2 * pi * x / 0.15))"),
+        force("x", "(1 - cos(pi * x / 0.3))")
     );
     let model = ModelFile::parse(&text, &fixture("model.toml")).expect("a model");
     model.cell_effects()
@@ -50,9 +50,12 @@ fn welded(cell: &WeldingCell) -> SimulatedWelds {
     laws.into_iter().fold(simulate(cell), |all, law| all.law(law)).run().expect("welds")
 }
 
-/// Root mean square of the difference of the lateral deviations in the steady part, m.
+/// Root mean square of the difference of the lateral deviations in the steady part, m. What acts in the
+/// first centimetres of a log that begins in contact is not told from where the channel behind the tool
+/// lay, and decays over some more.
 fn apart(a: &Recording, b: &Recording) -> f64 {
-    let rows = a.rows.iter().zip(&b.rows).filter(|(row, _)| row.phase == Phase::Steady);
+    let rows =
+        a.rows.iter().zip(&b.rows).filter(|(row, _)| row.phase == Phase::Steady && row.path > 0.06);
     let squares: Vec<f64> =
         rows.map(|(a, b)| (a.deviation_w.linear.y - b.deviation_w.linear.y).powi(2)).collect();
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
@@ -73,17 +76,18 @@ fn a_weld_made_again_deviates_as_the_real_one_under_its_law_and_under_another() 
     let log =
         LoggedWeld::read(&campaign.join("weld"), None).expect("a log that can be welded again");
     let again = welded(&log.cell(&CellFiles::new()).expect("a cell"));
-    // The table is of 64 places, and the tracker's noise comes through the contact as some 20 N.
-    for (k, run) in again.runs.iter().enumerate() {
+    // The tracker's noise comes through the contact as some 20 N. The law takes the deviation away, and
+    // leaves that noise.
+    for (k, (run, bound)) in again.runs.iter().zip([0.06, 0.3]).enumerate() {
         let [real, without] = [&recorded, &undisturbed].map(|welds| &welds.runs[k].recording);
         let (off, disturbed) = (apart(&run.recording, real), apart(without, real));
         println!("{}: {off:.2e} m of {disturbed:.2e} m", run.recording.compensator);
-        assert!(off < 0.1 * disturbed, "{}: {off} of {disturbed}", run.recording.compensator);
+        assert!(off < bound * disturbed, "{}: {off} of {disturbed}", run.recording.compensator);
     }
     // What a user is told: the tracker's noise of 30 µm, smoothed, is in it as well.
     let check = ReplayCheck::of(&log.rows, &again.runs[0].recording).expect("a steady part");
     let disturbed = apart(&undisturbed.runs[0].recording, &recorded.runs[0].recording);
-    assert!(check.apart.rms < 0.15 * disturbed, "{check:?}");
+    assert!(check.apart.rms < 0.1 * disturbed, "{check:?}");
     let taught = |check: &ReplayCheck| check.recorded.encoder.mean - check.replayed.encoder.mean;
     assert!(taught(&check).abs() < 0.02 * check.recorded.bent.rms, "{check:?}");
     assert!((check.recorded.push_n - 18e3).abs() < 100.0, "{check:?}");

@@ -68,7 +68,7 @@ fn options_that_mean_nothing_together_are_refused() {
 #[test]
 fn a_recorded_weld_is_made_again_beside_its_record() {
     let place = Workspace::new();
-    let log = fixture("campaigns/backlash/weld-1");
+    let log = fixture("campaigns/nothing-missing/weld-1");
     let again = ["weld", "-q", "--from", &log, "--compensator", "none,elastostatic"];
     let told = one_line(&place.done(&[&again[..], &["--json", "weld.json"]].concat()));
     for said in
@@ -79,8 +79,8 @@ fn a_recorded_weld_is_made_again_beside_its_record() {
     let weld = place.json("weld.json");
     let number = |pointer: &str| weld.pointer(pointer).and_then(|v| v.as_f64()).unwrap();
     let bent = number("/from_log/check/recorded/bent_m/rms");
-    // The plant that made this log is another program's, and has a backlash that the model has not.
-    assert!(number("/from_log/check/lateral_apart_m/rms") < 0.2 * bent, "{}", weld["from_log"]);
+    // The plant that made this log is another program's, with the effects of the model: none.
+    assert!(number("/from_log/check/lateral_apart_m/rms") < 0.1 * bent, "{}", weld["from_log"]);
     assert_eq!(weld["from_log"]["disturbance"][2]["taken"], false);
     assert_eq!(weld["runs"].as_array().unwrap().len(), 2);
 }

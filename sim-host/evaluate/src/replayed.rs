@@ -81,7 +81,7 @@ impl ReplayCheck {
     pub fn of(recorded: &[RecordedRow], recording: &Recording) -> Option<Self> {
         let steady: Vec<&RecordRow> =
             recording.rows.iter().filter(|row| row.phase == Phase::Steady).collect();
-        let range = steady.first()?.path..=steady.last()?.path;
+        let range = tool_path(steady.first()?)..=tool_path(steady.last()?);
         let recorded: Vec<RecordedRow> =
             recorded.iter().filter(|row| range.contains(&row.path)).copied().collect();
         let replayed: Vec<RecordedRow> =
@@ -96,12 +96,17 @@ impl ReplayCheck {
     }
 }
 
+/// Where the tool is along the seam, m: it lags behind the program, as the recorded one does.
+fn tool_path(row: &RecordRow) -> f64 {
+    row.path + row.deviation_w.linear.x
+}
+
 /// The simulation where it was at a place: between the two rows about it. `steady` is not empty.
 fn simulated_at(steady: &[&RecordRow], path: f64) -> RecordedRow {
-    let after = steady.partition_point(|row| row.path < path).min(steady.len() - 1);
+    let after = steady.partition_point(|row| tool_path(row) < path).min(steady.len() - 1);
     let (a, b) = (steady[after.saturating_sub(1)], steady[after]);
-    let span = b.path - a.path;
-    let share = if span > 0.0 { ((path - a.path) / span).clamp(0.0, 1.0) } else { 1.0 };
+    let span = tool_path(b) - tool_path(a);
+    let share = if span > 0.0 { ((path - tool_path(a)) / span).clamp(0.0, 1.0) } else { 1.0 };
     let between = |of: fn(&RecordRow) -> f64| of(a) + share * (of(b) - of(a));
     RecordedRow {
         time: between(|row| row.time),
