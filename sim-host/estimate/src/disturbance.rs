@@ -5,7 +5,7 @@
 //! push that the force loop holds is left out along z: forces in the plane are predicted for the push
 //! that was measured, and the simulated loop holds the push as the real one did.
 
-use crate::residuals::compare::LogComparison;
+use crate::residuals::compare::{LogComparison, Trace};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_logs::channel::LogChannel;
@@ -13,6 +13,7 @@ use trueweld_logs::log::Log;
 use trueweld_plant::effects::formula::{CustomParameter, Definition, PORTS};
 use trueweld_plant::effects::table::{DefinedTable, Places, TABLE_PLACES_MAX};
 use trueweld_plant::effects::{Effect, Location};
+use trueweld_plant::seam::SeamPosition;
 use trueweld_plant::simulate::Seam;
 
 /// Names of the axes of W.
@@ -118,23 +119,35 @@ fn of_log(log: &Log, compared: &LogComparison) -> Vec<ForceResidual> {
     let (Some(weld), Some(position)) = (&log.weld, &log.samples.position) else {
         return Vec::new();
     };
-    let seam = Seam::real(weld);
-    let columns = [x, y, z];
+    let (seam, columns) = (Seam::real(weld), [x, y, z]);
     let start = log.samples.time.first().copied().unwrap_or(0.0);
     let count = columns.iter().map(|column| column.time.len()).min().unwrap_or(0);
     let residual = |k: usize| {
-        let time = x.time[k];
-        let row = log.samples.time.partition_point(|t| t - start < time - 1e-9);
+        let row = log.samples.time.partition_point(|t| t - start < x.time[k] - 1e-9);
         let place = seam.place(position.get(row)?);
-        let axes = place.axes.transpose() * tool_rotation(log, row);
-        let in_tool = |of: &dyn Fn(usize) -> f64| Vector3::from_fn(|c, _| of(c));
-        let force = in_tool(&|c| columns[c].measured[k] - columns[c].predicted[k]);
-        let variance = in_tool(&|c| columns[c].deviation[k].powi(2));
-        let variance = axes.component_mul(&axes) * variance;
-        let path = place.position.x;
-        path.is_finite().then(|| ForceResidual { path, force: axes * force, variance })
+        ForceResidual::new(columns, k, &place, &tool_rotation(log, row))
     };
     (0..count).filter_map(residual).collect()
+}
+
+impl ForceResidual {
+    /// The `k`th of the columns of T, turned into W; `None` where the place is not known.
+    fn new(
+        columns: [&Trace; 3],
+        k: usize,
+        place: &SeamPosition,
+        tool: &Matrix3<f64>,
+    ) -> Option<Self> {
+        let w_from_t = place.axes.transpose() * tool;
+        let force = columns.map(|column| column.measured[k] - column.predicted[k]);
+        let variance = columns.map(|column| column.deviation[k].powi(2));
+        let path = place.position.x;
+        path.is_finite().then(|| Self {
+            path,
+            force: w_from_t * Vector3::from(force),
+            variance: w_from_t.component_mul(&w_from_t) * Vector3::from(variance),
+        })
+    }
 }
 
 /// The tool in B at a row: as the tracker saw it, else as the encoders have it.

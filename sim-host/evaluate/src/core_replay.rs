@@ -7,7 +7,7 @@ use serde::Serialize;
 use trueweld_compensators::{
     Configuration, ConfigurationError, Law, RunningCore, Visitor, for_each,
 };
-use trueweld_core::compensation::{DeviationMeasurement, Observation};
+use trueweld_core::compensation::{Compensator, DeviationMeasurement, Observation};
 use trueweld_core::control::{SensorReadings, Setpoint};
 use trueweld_core::scalar::lit;
 use trueweld_core::{JOINTS, JointVector, Pose, Real, Twist, Wrench};
@@ -250,30 +250,39 @@ impl<T: Real> Visitor<T> for FedCore<'_> {
     }
 }
 
-fn fed<T: Real, L: trueweld_core::compensation::Compensator<T>>(
+fn fed<T: Real, L: Compensator<T>>(
     core: &mut RunningCore<T, L>,
     run: &CoreRun,
 ) -> Vec<CoreOutputs> {
     let [encoder, torque] = run.start.map(|six| JointVector::from(six.map(lit::<T>)));
     core.start(&encoder, &torque);
-    let double = |value: &T| nalgebra::try_convert(*value).unwrap_or(f64::NAN);
-    let cycle = |period: &CorePeriod| {
-        let inputs = CoreInputs::<T>::of(period);
-        let command = core.cycle(&Observation {
-            setpoint: &inputs.setpoint,
-            nominal: &inputs.nominal,
-            sensed: &inputs.sensed,
-            path: inputs.path,
-            planned: inputs.planned,
-            measurements: &inputs.measurements,
-            taught: None,
-        });
-        let six = |of: &JointVector<T>| std::array::from_fn(|k| double(&of[k]));
-        let correction = six(&core.correction().to_vector());
-        let status = f64::from(u8::from(command.fault.is_some()));
-        CoreOutputs { status, torque: six(&command.torque), correction }
-    };
-    run.periods.iter().map(cycle).collect()
+    run.periods.iter().map(|period| cycled(core, period)).collect()
+}
+
+fn cycled<T: Real, L: Compensator<T>>(
+    core: &mut RunningCore<T, L>,
+    period: &CorePeriod,
+) -> CoreOutputs {
+    let inputs = CoreInputs::<T>::of(period);
+    let command = core.cycle(&Observation {
+        setpoint: &inputs.setpoint,
+        nominal: &inputs.nominal,
+        sensed: &inputs.sensed,
+        path: inputs.path,
+        planned: inputs.planned,
+        measurements: &inputs.measurements,
+        taught: None,
+    });
+    CoreOutputs {
+        status: f64::from(u8::from(command.fault.is_some())),
+        torque: doubles(&command.torque),
+        correction: doubles(&core.correction().to_vector()),
+    }
+}
+
+/// Six numbers of a scalar, which a double holds.
+fn doubles<T: Real>(of: &JointVector<T>) -> [f64; 6] {
+    std::array::from_fn(|k| nalgebra::try_convert(of[k]).unwrap_or(f64::NAN))
 }
 
 impl CoreRun {

@@ -247,15 +247,30 @@ fn recorded_rows(log: &Log, robot: &Robot<f64>, spindle: f64) -> Vec<RecordedRow
     let low = LowPass::new(band.min(0.2 / period), period);
     let (n, half) = (position.len(), low.half());
     let row = |k: usize| {
-        let mean = |c: usize| low.at(0, |i| position[i][c], n, k);
-        let place = seam.place(&Vector3::from_fn(|c, _| mean(c)));
-        let force = log.samples.force.as_ref().map(|force| force[k]);
-        let push = force.map(|force| -(tool_rotation(log, k) * force).dot(&place.axes.column(2)));
-        let [path, lateral, depth] = place.position.into();
-        let push = push.unwrap_or(f64::NAN);
-        let encoder = seam.across(&robot.forward_kinematics(&log.samples.encoder[k]).position);
-        RecordedRow { time: log.samples.time[k], path, lateral, depth, push, encoder }
+        let seen = Vector3::from_fn(|c, _| low.at(0, |i| position[i][c], n, k));
+        recorded_row(log, robot, &seam, k, &seen)
     };
     let rows = (half..n.saturating_sub(half)).map(row);
     rows.filter(|row| row.path.is_finite()).collect()
+}
+
+/// Row `k` of a log whose tool was `seen` in B.
+fn recorded_row(
+    log: &Log,
+    robot: &Robot<f64>,
+    seam: &Seam,
+    k: usize,
+    seen: &Vector3<f64>,
+) -> RecordedRow {
+    let place = seam.place(seen);
+    let [path, lateral, depth] = place.position.into();
+    let force = log.samples.force.as_ref().map(|force| tool_rotation(log, k) * force[k]);
+    RecordedRow {
+        time: log.samples.time[k],
+        path,
+        lateral,
+        depth,
+        push: force.map_or(f64::NAN, |force| -force.dot(&place.axes.column(2))),
+        encoder: seam.across(&robot.forward_kinematics(&log.samples.encoder[k]).position),
+    }
 }
