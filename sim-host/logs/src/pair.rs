@@ -133,8 +133,8 @@ pub enum PairError {
 
 /// Angle of a joint up to which two rows are of one posture, rad, and share of a mass up to which they
 /// are of one load.
-const SAME_POSTURE: f64 = 0.02;
-const SAME_LOAD: f64 = 0.02;
+const EQUAL_POSTURE_ANGLE: f64 = 0.02;
+const EQUAL_MASS_SHARE: f64 = 0.02;
 
 /// Share of the path's extent that two drives of one program are apart at most.
 const SAME_MOTION_SHARE: f64 = 0.01;
@@ -219,8 +219,8 @@ fn rows_at_rest(first: &Samples, second: &Samples) -> MatchedRows {
     let mut matched = Vec::new();
     for row in 0..first.len() {
         let alike = |k: &&usize| {
-            (first.encoder[row] - second.encoder[**k]).amax() < SAME_POSTURE
-                && (mass(first, row) - mass(second, **k)).abs() < SAME_LOAD * heaviest
+            (first.encoder[row] - second.encoder[**k]).amax() < EQUAL_POSTURE_ANGLE
+                && (mass(first, row) - mass(second, **k)).abs() < EQUAL_MASS_SHARE * heaviest
         };
         if let Some(found) = free.iter().find(alike).copied() {
             free.retain(|k| *k != found);

@@ -52,21 +52,21 @@ impl CompareLogsReport<'_> {
                     Tone::Plain
                 })
             }),
-            (number("RMS"), &|row| number(scale(&row).quantity(row.1.rms))),
-            (number("largest"), &|row| number(scale(&row).quantity(row.1.largest.0))),
+            (number("RMS"), &|row| number(scale(row).quantity(row.1.rms))),
+            (number("largest"), &|row| number(scale(row).quantity(row.1.largest.0))),
             (number("mean, 95 %"), &|row| {
                 let [mean, half] = row.1.mean;
-                number(scale(&row).with_interval(mean, [mean - half, mean + half]))
+                number(scale(row).with_interval(mean, [mean - half, mean + half]))
             }),
             (number("noise makes"), &|row| {
-                number(row.1.noise.map_or("not known".to_owned(), |n| scale(&row).quantity(n)))
+                number(row.1.noise.map_or("not known".to_owned(), |n| scale(row).quantity(n)))
             }),
             (number("ratio"), &|row| {
                 number(row.1.score().map_or(String::new(), |ratio| fixed(ratio, 2)))
             }),
             (words("beside the mean"), &|row| {
                 let told = row.1.follows.as_ref().filter(|_| exceeds_noise(row.1.score()));
-                let told = told.map(|f| format!("{} {}", share(f.share), of(f, scale(&row), self)));
+                let told = told.map(|f| format!("{} {}", share(f.share), of(f, scale(row), self)));
                 words(told.unwrap_or_default())
             }),
         ];
