@@ -20,6 +20,7 @@ from ._results import (
     PlanResult,
     RecordResult,
     RegisterResult,
+    ReplayResult,
     StepResult,
     TuneResult,
     WeldResult,
@@ -42,6 +43,7 @@ __all__ = [
     "plan",
     "record",
     "register",
+    "replay",
     "schema",
     "step",
     "tune",
@@ -65,6 +67,9 @@ def weld(
     seed: int | None = None,
     controller: str | None = None,
     compensator: LawLike | None = None,
+    from_: StrPath | None = None,
+    recorded_law: str | None = None,
+    recorded_control: StrPath | None = None,
     passes: int | None = None,
     certificate: StrPath | None = None,
     exaggeration: float | None = None,
@@ -97,8 +102,14 @@ def weld(
     :param period: Control period in seconds (default: the control file's).
     :param seed: Seed of the sensors' noise (default: the sensor file's).
     :param controller: Hybrid force/position controller (default: external).
-    :param compensator: Compensation law, or several with + between them (default: a run without and
-        a run with elastostatic).
+    :param compensator: Compensation law, or several with + between them; several runs with comma
+        between their laws (default: a run without and a run with elastostatic).
+    :param from_: Folder of the log of a weld, which is made again: its robot, seam and process, and
+        the force on the tool that the model does not explain.
+    :param recorded_law: Compensation law that the log was recorded under: its replay is judged by
+        the record (default: none).
+    :param recorded_control: Control file that the log was recorded under (default: the one that is
+        part of the program).
     :param passes: Welds of the same seam one after another, the law kept from one to the next; the
         last one is reported (default: 1).
     :param certificate: Certificate (certify.json) that this weld is made under: refused where it is
@@ -398,7 +409,10 @@ def compare(
     rrd: StrPath | None = None,
     progress: Progress | bool | None = None,
 ) -> CompareResult:
-    """Show how far a model is from measurements, and where.
+    """Show how far a model is from measurements, or a log from another, and where.
+
+    Two logs of one experiment are compared with each other where no model is given: is the cell as
+    it was?.
 
     As the command ``trueweld compare``.
 
@@ -626,20 +640,27 @@ def import_log(
     out: StrPath,
     robot: StrPath | None = None,
     kind: str | None = None,
+    period: float | None = None,
+    yes: bool = False,
     json: StrPath | None = None,
+    html: StrPath | None = None,
     progress: Progress | bool | None = None,
 ) -> ImportLogResult:
     """Propose how files of any make are read as a log, and write its log.toml.
 
     As the command ``trueweld import-log``.
 
-    :param files: Files of one recording: text, Parquet, KUKA traces (*.dat), MCAP where built with
-        it.
+    :param files: Files of one recording: text, Parquet, NumPy (.npz, .npy), MATLAB (.mat), KUKA
+        traces (.dat), ROS 2.
     :param out: Folder of the log, which is made where it is not there.
-    :param robot: Robot file: signs are told by its limits, its motion and its torques.
+    :param robot: Robot file, or what import-urdf wrote: signs are told by its limits, its motion
+        and its torques.
     :param kind: What was done: static-load, ring-down, free-motion or weld (default: by the
         channels).
+    :param period: Time from row to row of the encoders' file, s, where it has none.
+    :param yes: Write guesses as if they were known, for programs that check them themselves.
     :param json: Write the proposal as JSON.
+    :param html: Write one self-contained HTML page.
     :param progress: False shows none; a function is called with what is done now and the share of
         the whole (default: one line, at a terminal or in a notebook).
     """
@@ -683,6 +704,7 @@ def export_core(
     seed: int | None = None,
     controller: str | None = None,
     out: StrPath | None = None,
+    log: StrPath | None = None,
     law_file: StrPath | None = None,
     progress: Progress | bool | None = None,
 ) -> str:
@@ -710,12 +732,39 @@ def export_core(
     :param seed: Seed of the sensors' noise (default: the sensor file's).
     :param controller: Hybrid force/position controller (default: external).
     :param out: Folder for cell.rs and cell.h (default: out/core).
+    :param log: New folder for what the core is given and commands in every period of the simulated
+        weld, as `replay` reads it.
     :param law_file: File that a law in Python is in: its digest enters the result, which says so
         where none is given.
     :param progress: False shows none; a function is called with what is done now and the share of
         the whole (default: one line, at a terminal or in a notebook).
     """
     result: str = _run.call(('export-core',), locals())
+    return result
+
+
+def replay(
+    core: StrPath,
+    log: StrPath,
+    *,
+    scalar: str | None = None,
+    json: StrPath | None = None,
+    html: StrPath | None = None,
+    progress: Progress | bool | None = None,
+) -> ReplayResult:
+    """Feed a recorded run of a controller's core to the same core on this machine, and show the first period in which they differ.
+
+    As the command ``trueweld replay``.
+
+    :param core: The core: cell.h of `export-core`, or the folder it is in.
+    :param log: Folder with inputs.bin and outputs.bin of the run.
+    :param scalar: In what the recorded core computed (default: double).
+    :param json: Write the figures as JSON.
+    :param html: Write one self-contained HTML page.
+    :param progress: False shows none; a function is called with what is done now and the share of
+        the whole (default: one line, at a terminal or in a notebook).
+    """
+    result: ReplayResult = _run.call(('replay',), locals(), positional=('core', 'log'))
     return result
 
 

@@ -25,6 +25,12 @@ class CompareLawsResult(Result):
     __slots__ = ()
 
 
+class CompareLogsResult(Result):
+    """By how much two logs of one experiment differ: the second less the first."""
+
+    __slots__ = ()
+
+
 class CompareResult(Result):
     """A model against measurements."""
 
@@ -79,6 +85,12 @@ class RegisterResult(Result):
     __slots__ = ()
 
 
+class ReplayResult(Result):
+    """A recorded run of a core beside the same core on this machine."""
+
+    __slots__ = ()
+
+
 class StepResult(Result):
     """Responses of the controllers to a step of the push."""
 
@@ -125,6 +137,7 @@ CLASSES: dict[str, type[Result]] = {
     "certify": CertifyResult,
     "check": CheckResult,
     "compare-laws": CompareLawsResult,
+    "compare-logs": CompareLogsResult,
     "compare": CompareResult,
     "diagnose": DiagnoseResult,
     "identify-plan": IdentifyPlanResult,
@@ -134,6 +147,7 @@ CLASSES: dict[str, type[Result]] = {
     "plan": PlanResult,
     "record": RecordResult,
     "register": RegisterResult,
+    "replay": ReplayResult,
     "step-result": StepResult,
     "study-layout": StudyLayoutResult,
     "study-limits": StudyLimitsResult,

@@ -838,6 +838,139 @@ class CompareLawsResult(Result):
     def sweeps(self) -> list[LawSweep]:
         """What was varied, one quantity after the other."""
 
+class PairClock(Record):
+    """A clock against another: time = offset + (1 + drift) · the other's."""
+
+    @property
+    def deviation(self) -> list[float]:
+        """Standard deviations of offset, s, and drift."""
+    @property
+    def drift(self) -> float:
+        """What it gains, s per s."""
+    @property
+    def left_m(self) -> float:
+        """Root mean square of what is left between the tool's paths by the encoders, m."""
+    @property
+    def offset_s(self) -> float:
+        """Offset, s."""
+
+class MovedTracker(Record):
+    """A tracker that stands elsewhere than before."""
+
+    @property
+    def position_m(self) -> list[float]:
+        """Shift at the base's origin, m."""
+    @property
+    def rotation_rad(self) -> list[float]:
+        """Rotation vector, rad."""
+    @property
+    def turned(self) -> bool:
+        """False where the points tell no turn: a shift alone."""
+
+class DifferentChannel(Record):
+    """By how much logs differ in a channel."""
+
+    @property
+    def columns(self) -> list[DifferentColumn]:
+        """Each column."""
+    @property
+    def name(self) -> str:
+        """Its name."""
+    @property
+    def noise(self) -> float | None:
+        """What noise alone makes of it; null where it is not known."""
+    @property
+    def rms(self) -> float:
+        """Root mean square of the difference."""
+    @property
+    def score(self) -> float | None:
+        """How many times the noise it is; null where that is not known."""
+    @property
+    def unit(self) -> str:
+        """Unit of the figures."""
+
+class DifferentColumn(Record):
+    """By how much logs differ in a column."""
+
+    @property
+    def follows(self) -> FollowedVariable | None:
+        """What explains most of it beside its mean; null where nothing does."""
+    @property
+    def largest(self) -> float:
+        """Its largest magnitude."""
+    @property
+    def largest_at_s(self) -> float:
+        """When that was, in the first log, s."""
+    @property
+    def mean(self) -> float:
+        """Its mean."""
+    @property
+    def mean_interval(self) -> float | None:
+        """Half the 95 % interval of the mean, from ten stretches of the log; null of a single
+        row."""
+    @property
+    def name(self) -> str:
+        """Axis or joint."""
+    @property
+    def noise(self) -> float | None:
+        """What noise alone makes of the difference; null where it is not known."""
+    @property
+    def rms(self) -> float:
+        """Root mean square of the difference."""
+    @property
+    def samples(self) -> int:
+        """Values that were compared."""
+
+class FollowedVariable(Record):
+    """What a difference follows."""
+
+    @property
+    def joint(self) -> str | None:
+        """The joint, of a direction."""
+    @property
+    def share(self) -> float:
+        """Share of the squared difference that it explains."""
+    @property
+    def size(self) -> float:
+        """Change of the difference from begin to end of the log, for a value of 1, from standing
+        to moving, or from no payload to the largest; in the channel's unit."""
+    @property
+    def variable(self) -> str:
+        """`time`, `value` (the column's own, the mean of both logs), `direction` of a joint's
+        motion, or `payload`."""
+
+class CompareLogsResult(Result):
+    """By how much two logs of one experiment differ: the second less the first."""
+
+    @property
+    def schema(self) -> str:
+        """Name and version of this format."""
+    @property
+    def provenance(self) -> Provenance:
+        """What the result is of."""
+    @property
+    def logs(self) -> list[str]:
+        """Folders of the first and the second log."""
+    @property
+    def kind(self) -> str:
+        """What was done."""
+    @property
+    def rows(self) -> int:
+        """Rows that are compared."""
+    @property
+    def unmatched(self) -> list[int]:
+        """Rows of each log that the other does not have."""
+    @property
+    def clock(self) -> PairClock | None:
+        """The second log's clock against the first's; null of loads at rest."""
+    @property
+    def tracker(self) -> MovedTracker | None:
+        """How the second tracker stands in the first's frame, which is taken out; null without
+        one."""
+    @property
+    def channels(self) -> list[DifferentChannel]:
+        """Every channel that both logs have."""
+
 class FileMistake(Record):
     """A gross mistake in the files."""
 
@@ -865,8 +998,8 @@ class FileMistake(Record):
         """The same in words."""
     @property
     def what(self) -> str:
-        """`sign`, `zero`, `exchanged`, `unit`, `gear-side`, `tracker-frame`, `time-unit`,
-        `wrench-side`, `wrench-axes`, `wrench-point` or `payload`."""
+        """`sign`, `zero`, `exchanged`, `coupling`, `unit`, `gear-side`, `tracker-frame`, `time-
+        unit`, `wrench-side`, `wrench-axes`, `wrench-point` or `payload`."""
 
 class MistakeEvidence(Record):
     """What a residual is as the files are, and with the mistake undone."""
@@ -2152,6 +2285,95 @@ class RegisterResult(Result):
     def trackers(self) -> list[RegisteredTracker]:
         """Every tracker that was found."""
 
+CoreScalar = str
+
+class CoreDifference(Record):
+    """A period in which the two cores differ."""
+
+    @property
+    def index(self) -> int:
+        """Joint from 0, or axis of the correction (three of the rotation, then three of the
+        displacement); 0 of a fault."""
+    @property
+    def output(self) -> CoreOutput:
+        """What differs."""
+    @property
+    def period(self) -> int:
+        """The period, from 0."""
+    @property
+    def readings(self) -> CoreReadings:
+        """What the core was given."""
+    @property
+    def recorded(self) -> float:
+        """As recorded: N·m, m or rad; of a fault the status."""
+    @property
+    def replayed(self) -> float:
+        """As computed here, in the same unit; of a fault 1 where there is one, else 0."""
+    @property
+    def time_s(self) -> float:
+        """Its time since the first, s."""
+
+CoreOutput = str
+
+class CoreReadings(Record):
+    """What a core was given in a period."""
+
+    @property
+    def encoder_rad(self) -> list[float]:
+        """Encoder angles, rad."""
+    @property
+    def encoder_rate_rad_s(self) -> list[float]:
+        """Encoder rates, rad/s."""
+    @property
+    def force_n(self) -> float | None:
+        """Push asked for, N; nothing before the force loop is closed."""
+    @property
+    def measurements(self) -> int:
+        """How many measurements came from outside the robot."""
+    @property
+    def motor_torque_nm(self) -> list[float]:
+        """Motor torques, N·m."""
+    @property
+    def path_m(self) -> float:
+        """Path position, m."""
+    @property
+    def wrench(self) -> list[float]:
+        """Force sensor in T: moments, N·m, then forces, N."""
+
+class ReplayResult(Result):
+    """A recorded run of a core beside the same core on this machine."""
+
+    @property
+    def schema(self) -> str:
+        """Name and version of this format."""
+    @property
+    def law(self) -> str:
+        """Law of the core."""
+    @property
+    def digest(self) -> str:
+        """SHA-256 of its constants, in hexadecimal digits."""
+    @property
+    def scalar(self) -> CoreScalar:
+        """In what it computed."""
+    @property
+    def periods(self) -> int:
+        """Periods that were compared."""
+    @property
+    def period_s(self) -> float:
+        """Control period, s."""
+    @property
+    def differing(self) -> int:
+        """Periods in which some bit differs."""
+    @property
+    def first(self) -> CoreDifference | None:
+        """The first of them."""
+    @property
+    def torque_share_max(self) -> float:
+        """Largest difference of a torque over the drive's limit, in any period."""
+    @property
+    def provenance(self) -> Provenance:
+        """What the result is of."""
+
 class StepResponse(Record):
     """One controller's response; "5 %" and overshoot are of the step's height."""
 
@@ -2905,6 +3127,88 @@ class JudgedFigureResult(Record):
     def value(self) -> float | None:
         """What it came to."""
 
+class FromLogResult(Record):
+    """What a simulated weld takes from the log of a real one, and how near its replay comes to
+    it."""
+
+    @property
+    def check(self) -> ReplayCheckResult:
+        """The record beside its simulation."""
+    @property
+    def control(self) -> str:
+        """Control file that it is taken to be recorded under."""
+    @property
+    def disturbance(self) -> list[AxisDisturbanceResult]:
+        """Force on the tool that the model does not explain, along x, y and z of W."""
+    @property
+    def feeds(self) -> list[list[Any]]:
+        """Changes of the feed that the weld file does not state: path position, m, and speed,
+        m/s."""
+    @property
+    def log(self) -> str:
+        """Folder of the log."""
+    @property
+    def spindle_rad_s(self) -> float:
+        """Mean speed of the spindle as recorded, rad/s."""
+    @property
+    def taught_offset_m(self) -> float:
+        """How far across the seam the path was taught from where the model teaches it, m."""
+
+class AxisDisturbanceResult(Record):
+    """Force on the tool that the model does not explain, along one axis."""
+
+    @property
+    def axis(self) -> str:
+        """Axis of W."""
+    @property
+    def noise_n(self) -> float:
+        """Root mean square of the noise in it, N."""
+    @property
+    def rms_n(self) -> float:
+        """Root mean square, N."""
+    @property
+    def taken(self) -> bool:
+        """Whether the simulation is disturbed by it."""
+
+class ReplayCheckResult(Record):
+    """A recorded weld beside the simulation of the law that it was recorded under."""
+
+    @property
+    def compensator(self) -> str:
+        """The law."""
+    @property
+    def lateral_apart_m(self) -> Spread:
+        """Recorded less simulated deviation across the seam, m."""
+    @property
+    def recorded(self) -> TrackFiguresResult:
+        """By the log's tracker and force sensor."""
+    @property
+    def replayed(self) -> TrackFiguresResult:
+        """As simulated."""
+
+class TrackFiguresResult(Record):
+    """Figures of a recorded weld, or of its simulation at the same places."""
+
+    @property
+    def bent_m(self) -> Spread:
+        """The deviation less that: what the load bends, m."""
+    @property
+    def depth_m(self) -> Spread:
+        """Depth below the plate's surface, m."""
+    @property
+    def encoder_lateral_m(self) -> Spread:
+        """The same by the encoders alone, as if nothing bent, m: what was commanded, not what it
+        became."""
+    @property
+    def feed_m_s(self) -> float:
+        """Mean speed along the seam, m/s."""
+    @property
+    def lateral_m(self) -> Spread:
+        """Deviation across the seam, m."""
+    @property
+    def push_n(self) -> float:
+        """Mean push, N."""
+
 class WeldResult(Result):
     """Figures of welds over their steady part (full feed, full push)."""
 
@@ -2917,3 +3221,6 @@ class WeldResult(Result):
     @property
     def runs(self) -> list[WeldRunResult]:
         """Every run, in the order of the table."""
+    @property
+    def from_log(self) -> FromLogResult | None:
+        """The recorded weld that is made again."""
