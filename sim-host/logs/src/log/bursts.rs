@@ -31,7 +31,8 @@ pub(super) fn even_times(stamps: &[f64]) -> Option<Bursts> {
     let begins = bursts[1..].iter().map(|burst| burst[0]);
     let is_short = |(burst, next): (&&[f64], f64)| {
         let end = burst[burst.len() - 1];
-        next - end > GAP_PERIODS * (end - burst[0])
+        // A buffer is read at the speed of a program, far within the period of the rows.
+        (next - end) / rows as f64 > GAP_PERIODS * (end - burst[0])
     };
     let is_whole = bursts.len() >= BURSTS_MIN
         && rows > 1

@@ -12,8 +12,9 @@ mod proposal;
 mod raw;
 mod signs;
 
-pub use preview::Preview;
-pub use proposal::{Doubt, LeftOut, Proposal, ProposalBasis, ProposedColumn, ProposedFile};
+pub use proposal::{
+    Doubt, LeftOut, Preview, Proposal, ProposalBasis, ProposedColumn, ProposedFile,
+};
 
 use super::bursts::even_times;
 use super::columns::channel_name;

@@ -1,7 +1,7 @@
 //! What columns read over time, beside what a robot's model makes of the encoders' motion: a wrong
 //! column is seen at once.
 
-use super::proposal::{ProposedColumn, ProposedFile};
+use super::proposal::{Preview, ProposedColumn, ProposedFile};
 use super::raw::{ENCODER_COLUMN, POSITION, Raw, TORQUE, file_of, series, times};
 use super::signs::motor_torques;
 use crate::channel::LogChannel;
@@ -13,18 +13,6 @@ use trueweld_plant::input::RobotFile;
 
 /// Values of a preview at most: as many as a picture has pixels.
 const PREVIEW_VALUES_MAX: usize = 700;
-
-/// Some values of a column as it is proposed to be read.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Preview {
-    /// Times, s.
-    pub time: Vec<f64>,
-    /// Values, in the channel's unit.
-    pub read: Vec<f64>,
-    /// What the model makes of the encoders' motion: of a torque what a rigid arm needs, of a second
-    /// encoder the first one's angle, of a position where the flange's tool is in the tracker's frame.
-    pub predicted: Option<Vec<f64>>,
-}
 
 /// Every so many rows.
 fn thinned(values: &[f64]) -> Vec<f64> {

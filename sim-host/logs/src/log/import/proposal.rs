@@ -1,12 +1,23 @@
 //! What a proposal holds: files and columns, with what each part rests on and what of it is a
 //! guess.
 
-use super::preview::Preview;
 use crate::clock::FittedClock;
 use crate::kind::LogKind;
 use crate::log::columns::ColumnMapping;
 use crate::log::computed::Rigid;
 use std::path::PathBuf;
+
+/// Some values of a column as it is proposed to be read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Preview {
+    /// Times, s.
+    pub time: Vec<f64>,
+    /// Values, in the channel's unit.
+    pub read: Vec<f64>,
+    /// What the model makes of the encoders' motion: of a torque what a rigid arm needs, of a second
+    /// encoder the first one's angle, of a position where the flange's tool is in the tracker's frame.
+    pub predicted: Option<Vec<f64>>,
+}
 
 /// What a proposed part rests on.
 #[derive(Debug, Clone, Copy, PartialEq)]
