@@ -28,7 +28,7 @@ pub struct Visibility {
     pub ratio: f64,
     /// The most that the sum of squares of any channel of any log grows by, over the share from
     /// which on its noise is trusted to be known that well where it is not stated
-    /// ([`VISIBLE`]): below 1 a diagnosis must not believe in it either then.
+    /// (8 %): below 1 a diagnosis must not believe in it either then.
     pub excess: f64,
 }
 
