@@ -109,6 +109,9 @@ TEXTS = {("new-law",), ("init",), ("import-urdf",), ("export-core",), ("export-f
 # Commands that speak with a robot for as long as it runs: the program alone has them.
 ROBOTS = {("rsi-robot",), ("rsi-compensate",)}
 
+# Commands whose files another one makes: the tests of the program have them.
+OF_RECORDED_RUNS = {("replay",)}
+
 REQUIREMENTS = """schema = "requirements/1"
 failure_probability = 0.5
 confidence = 0.8
@@ -202,7 +205,7 @@ def test_a_function_that_takes_minutes_gives_the_bytes_of_the_program(
 
 def test_every_command_is_compared() -> None:
     commands = {tuple(of["names"]) for of in _core.describe_commands()}
-    assert commands == {*SHORT, *LONG, *TEXTS, *ROBOTS}
+    assert commands == {*SHORT, *LONG, *TEXTS, *ROBOTS, *OF_RECORDED_RUNS}
 
 
 def test_commands_without_a_result_write_the_files_of_the_program(files: Path, program: Any) -> None:

@@ -280,4 +280,6 @@ _PICTURES: dict[str, Callable[[Result, Axes], int | None]] = {
 _WITHOUT = {
     "check": "there is no picture of a check: it says of each file whether it is in order",
     "import-log": "there is no picture of an import: it says how each column is read",
+    "compare-logs": "there is no picture of two logs but on the page: show the result, or write its page",
+    "replay": "there is no picture of a replay: it says in which period a core first differs",
 }
