@@ -353,10 +353,7 @@ fn look(
 /// The best of some effects that counts and may be named; of those that the data do not tell from
 /// it, one that is no piece of a wave, which bends to almost anything.
 fn best_that_counts(ctx: &SearchContext<'_>, singles: &[Fitted]) -> Option<usize> {
-    let count = |k: &usize| {
-        is_significant(ctx.problem, ctx.null, &singles[*k])
-            && is_nameable(ctx, ctx.null, &singles[*k])
-    };
+    let count = |k: &usize| is_nameable(ctx, ctx.null, &singles[*k]);
     let cost = |k: usize| ctx.owed_cost(&singles[k]);
     let best = (0..singles.len()).find(count)?;
     let reach = cost(best) + rules::TIED * rules::variance_inflation(&singles[best]);
@@ -617,7 +614,7 @@ fn is_named(found: &FittedEffect, name: (&str, Location)) -> bool {
 fn predicts_better(ctx: &SearchContext<'_>, before: &Residuals, fitted: &Fitted) -> bool {
     let SearchContext { problem, blocks, .. } = *ctx;
     let owed = rules::prior_penalty(before, &fitted.residuals);
-    let before = before.iter().map(|log| log.residual.clone()).collect();
+    let before = rules::values_of(before);
     let after = fitted.residuals_from_others(blocks);
     HeldOutGain::of(problem, blocks, &[before, after], owed).is_more_than_chance()
 }

@@ -10,8 +10,8 @@ use trueweld_estimate::fit::{
     self, EffectScope, FitProblem, Fitted, LeastSquaresStep, Residuals, SolverOptions,
 };
 use trueweld_estimate::predict::{LinkMotion, PreparedLog};
-use trueweld_logs::HALF_95;
 use trueweld_logs::log::LogKind;
+use trueweld_logs::{HALF_95, HALF_95_OF_TEN};
 use trueweld_plant::effects::{Effect, Location, Role};
 
 /// An effect with fitted values.
@@ -115,10 +115,6 @@ pub(super) fn effects_of(fitted: &Fitted) -> Vec<usize> {
         .collect()
 }
 
-/// Standard deviations of half a 95 % interval of Student's distribution with the nine degrees of
-/// freedom that ten blocks leave.
-pub(super) const OF_BLOCKS: f64 = 2.262;
-
 /// Fitted effects with their intervals: of what noise makes of the values, or of what the blocks in
 /// time disagree by, whichever is wider.
 pub(crate) fn found(
@@ -203,7 +199,8 @@ fn found_off(
             (deviations[k] * inflation.sqrt()).hypot(off(step, k))
         });
         let scattered = scatter.as_ref().map_or(f64::INFINITY, |d| d[k]);
-        let reach = (HALF_95 * deviation).max(OF_BLOCKS * scattered) * fit::unit(parameter, value);
+        let reach =
+            (HALF_95 * deviation).max(HALF_95_OF_TEN * scattered) * fit::unit(parameter, value);
         all[index].interval[free.parameter] = [value - reach, value + reach];
     }
     all

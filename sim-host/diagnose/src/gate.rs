@@ -2,10 +2,11 @@
 //! effect, rows left out that it predicts better than what was there before it by more than chance,
 //! and a channel that changes with it.
 
-use super::found::{FittedEffect, OF_BLOCKS};
+use super::found::FittedEffect;
 use super::log_evidence::is_significant;
 use super::rules::{evidence_weights, prior_penalty};
 use trueweld_estimate::fit::{BLOCKS, FitProblem, Fitted};
+use trueweld_logs::HALF_95_OF_TEN;
 
 /// True where `effects`, which `after` has and `before` has not, may be named. `before`: the
 /// calibrations alone, or fewer effects beside them.
@@ -70,7 +71,7 @@ impl HeldOutGain {
 
     /// True where the 95 % interval of the fall lies above nothing.
     pub(crate) fn is_more_than_chance(self) -> bool {
-        self.fall > OF_BLOCKS * self.error
+        self.fall > HALF_95_OF_TEN * self.error
     }
 }
 

@@ -16,7 +16,7 @@ use crate::errors::{errors_from_others, errors_of};
 use crate::found::{FittedEffect, found_beside, found_by_what_is_left, inflate_noise};
 use crate::gate::HeldOutGain;
 use crate::log_evidence::exceeds_noise;
-use crate::rules::{self, parts, score};
+use crate::rules::{self, parts, score, values_of};
 use crate::screen::SearchContext;
 use crate::search::{add_each_effect, refit};
 use trueweld_core::JointVector;
@@ -482,16 +482,15 @@ impl ImprovementPath<'_> {
         at_held_out: &Result<Option<Residuals>, PredictError>,
     ) -> bool {
         let before = self.reached.as_ref().map_or(self.given, |reached| &reached.residuals);
-        let plain = |at: &Residuals| at.iter().map(|log| log.residual.clone()).collect();
         let gain = match (self.held_out, at_held_out, &self.at_held_out) {
             (Some(HeldOut { problem, .. }), Ok(Some(after)), Some(before)) => {
                 let blocks = fit::blocks_of(problem);
                 let owed = rules::prior_penalty(before, after);
-                HeldOutGain::of(problem, &blocks, &[plain(before), plain(after)], owed)
+                HeldOutGain::of(problem, &blocks, &[values_of(before), values_of(after)], owed)
             }
             _ => {
                 let left = |fitted: &Fitted| fitted.residuals_from_others(self.blocks);
-                let left_before = self.reached.as_ref().map_or_else(|| plain(before), left);
+                let left_before = self.reached.as_ref().map_or_else(|| values_of(before), left);
                 let owed = rules::prior_penalty(before, &fitted.residuals);
                 HeldOutGain::of(self.problem, self.blocks, &[left_before, left(fitted)], owed)
             }

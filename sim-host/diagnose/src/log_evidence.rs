@@ -9,7 +9,7 @@
 //! 2017 (held-out log scores); Newey and West 1987 (long-run variance).
 
 use crate::found::joint_range;
-use crate::rules::{evidence_weights, prior_penalty};
+use crate::rules::{evidence_weights, prior_penalty, values_of};
 use crate::screen::{HIGHEST_ORDER, alternatives_of, screened_kinds};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -105,9 +105,9 @@ pub(crate) fn is_significant(problem: &FitProblem, null: &Fitted, fitted: &Fitte
 /// The same of residuals as they are, of two models that were not fitted to them by more than a few
 /// values.
 pub(crate) fn exceeds_noise(problem: &FitProblem, before: &Residuals, after: &Residuals) -> bool {
-    let plain = |at: &Residuals| at.iter().map(|log| log.residual.clone()).collect::<Vec<_>>();
     let penalty = prior_penalty(before, after);
-    RivalNoise::left_by(problem, after).gain([&plain(before), &plain(after)], penalty) > DECISIVE
+    RivalNoise::left_by(problem, after).gain([&values_of(before), &values_of(after)], penalty)
+        > DECISIVE
 }
 
 /// Description of what one fit has more than another, nats: the logarithm of how many the library

@@ -10,6 +10,7 @@ use crate::fit::{FitProblem, FitState};
 use crate::predict::{ANOTHER_POSTURE, ComparedQuantity, PredictError, Prediction, PreparedLog};
 use std::collections::BTreeMap;
 use trueweld_logs::log::{Log, LogKind, LogNotice, Samples};
+use trueweld_logs::median;
 use trueweld_logs::outlier::OUTLIER_DEVIATIONS;
 
 /// Fewest loads of a posture of which one can be told to be off.
@@ -112,7 +113,9 @@ fn off_posture(
         let components: Vec<u8> = loads[&own[0]].keys().copied().collect();
         for component in components {
             let of = |row: &usize| loads[row].get(&component).copied();
-            let Some(middle) = median(own.iter().filter_map(of).collect()) else { continue };
+            let Some(middle) = median(&mut own.iter().filter_map(of).collect::<Vec<_>>()) else {
+                continue;
+            };
             for row in &own {
                 let square = of(row).map_or(0.0, |residual| (residual - middle).powi(2));
                 let sum: &mut f64 = off.entry(*row).or_default();
@@ -125,16 +128,11 @@ fn off_posture(
 
 /// The rows that stand far out of all, where they are few.
 fn outliers(off: &BTreeMap<usize, f64>) -> Option<Vec<usize>> {
-    let usual = median(off.values().copied().collect())?.max(1.0);
+    let usual = median(&mut off.values().copied().collect::<Vec<_>>())?.max(1.0);
     let far = off.iter().filter(|(_, off)| **off > OUTLIER_DEVIATIONS * usual);
     let rows: Vec<usize> = far.map(|(row, _)| *row).collect();
     let most = (OUTLYING_LOADS_SHARE_MAX * off.len() as f64).ceil();
     (!rows.is_empty() && rows.len() as f64 <= most).then_some(rows)
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }
 
 /// Takes the reading of a quantity from a row.

@@ -37,11 +37,14 @@ pub(crate) mod sample_hold;
 /// Standard deviations of half a 95 % interval of a normal distribution.
 pub const HALF_95: f64 = 1.96;
 
+/// The same of Student's distribution with the nine degrees of freedom that ten means leave.
+pub const HALF_95_OF_TEN: f64 = 2.262;
+
 /// A radian counts as so many metres where rotations and positions are weighed together.
 pub const ROTATION_LENGTH: f64 = 0.5;
 
 /// The value in the middle, the upper of two; `None` of no values. They change places.
-fn median(values: &mut [f64]) -> Option<f64> {
+pub fn median(values: &mut [f64]) -> Option<f64> {
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }

@@ -6,6 +6,7 @@
 //! that was driven a little otherwise is no difference of the arm. Left out: why logs differ, which
 //! takes a model; loads that only one of the logs has.
 
+use crate::HALF_95_OF_TEN;
 use crate::channel::LogChannel;
 use crate::clock::{ClockMap, FittedClock, Points, correlate, fit, rigid};
 use crate::fir::LowPass;
@@ -139,10 +140,8 @@ const EQUAL_MASS_SHARE: f64 = 0.02;
 /// Share of the path's extent that two drives of one program are apart at most.
 const SAME_MOTION_SHARE: f64 = 0.01;
 
-/// Stretches whose means tell how sure a mean is, and half a 95 % interval of Student's distribution
-/// with the freedom that they leave.
+/// Stretches whose means tell how sure a mean is.
 const MEAN_STRETCHES: usize = 10;
-const HALF_OF_TEN_MEANS: f64 = 2.262;
 
 /// Extent of points across their line, as a share of that along it, from which on they tell a turn.
 const TURN_TELLING_SHARE: f64 = 0.05;
@@ -550,7 +549,7 @@ fn mean(off: &[f64]) -> [f64; 2] {
     let count = stretches.len() as f64;
     let square: f64 = stretches.iter().map(|m| (m - mean).powi(2)).sum();
     let error = (square / (count - 1.0).max(1.0) / count).sqrt();
-    [mean, if stretches.len() < 2 { f64::INFINITY } else { HALF_OF_TEN_MEANS * error }]
+    [mean, if stretches.len() < 2 { f64::INFINITY } else { HALF_95_OF_TEN * error }]
 }
 
 /// What a difference follows beside its mean, where it explains enough of it.
