@@ -311,11 +311,8 @@ fn files_of_other_programs_are_named_with_how_to_convert_them() {
     let folder = tempfile::tempdir().expect("a folder");
     for (bytes, what, help) in [
         (&b"#ROSBAG V2.0\nE\0\0\0"[..], "a bag of ROS 1", "rostopic echo"),
-        (b"SQLite format 3\0", "SQLite", "ros2 bag convert"),
-        (b"PK\x03\x04\x14\0", ".xlsx", "CSV"),
         (b"\x1f\x8b\x08\0", "gzip", "gunzip"),
-        (b"MATLAB 5.0 MAT-file", "MAT file", "writematrix"),
-        (b"\x93NUMPY\x01\0", "NumPy", "savetxt"),
+        (b"\x89HDF\r\n\x1a\n", "HDF5", "h5dump"),
         (b"{\"a\": [1, 2]}", "JSON", "CSV"),
         (b"ab\0\x01\x02cd", "binary data", "text"),
     ] {
@@ -326,6 +323,18 @@ fn files_of_other_programs_are_named_with_how_to_convert_them() {
         let told = error.to_string();
         assert!(told.chars().all(|c| !c.is_control() || c == '\n'), "{told:?}");
         assert!(told.contains("expected one of text, a KUKA trace, Parquet, MCAP"), "{told}");
+    }
+    // Formats that are read say what of them is wrong, or what the build is to have.
+    for (bytes, what, help) in [
+        (&b"SQLite format 3\0"[..], "a bag of ROS 2", "rosbag"),
+        (b"PK\x03\x04\x14\0", "cannot be unpacked", "numpy.savez"),
+        (b"MATLAB 5.0 MAT-file", "no array of numbers", "save("),
+        (b"\x93NUMPY\x01\0", "ends within its header", "numpy.savez"),
+    ] {
+        let path = folder.path().join("file");
+        fs::write(&path, bytes).expect("a file");
+        let error = propose(&[path], None, Stated::default()).map(drop).expect_err(what);
+        assert!(error.message().contains(what) && error.help_text().contains(help), "{error}");
     }
 }
 
