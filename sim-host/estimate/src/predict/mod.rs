@@ -29,11 +29,12 @@ pub(crate) use columns::period;
 pub use compared::{Compared, ComparedQuantity};
 pub(crate) use contact::Folded;
 pub use memory::{StartFit, StartState};
+pub use moving::StartSwing;
 pub(crate) use standing::with_payload;
 
 use clock::{Late, OpenClock};
 use instruments::TrackedPoint;
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::Vector3;
 use std::sync::Arc;
 use trueweld_core::{JOINTS, JointVector, Pose, Robot};
 use trueweld_logs::channel::LogChannel;
@@ -86,8 +87,8 @@ pub struct LinkMotion {
     pub in_backlash: Vec<[bool; JOINTS]>,
     /// What the gears remember at every instant; empty where none does.
     pub memory: Vec<Memory>,
-    /// What the first residuals tell of how links with hysteresis swing; see the modules of motion.
-    pub swing: Option<Arc<DMatrix<f64>>>,
+    /// How links swing that do so when a log begins.
+    pub swing: Option<Arc<StartSwing>>,
     /// What gears were found to remember when the log begins; `None` where none remembers, or it
     /// begins at rest without a load.
     pub start: Option<Arc<StartFit>>,
@@ -392,7 +393,10 @@ impl PreparedLog {
     ) -> Result<Option<LinkMotion>, PredictError> {
         match memory::at_the_start(self, robot, near, held)? {
             Some(motion) => Ok(Some(motion)),
-            None => self.follow(robot, &[0.0; INTERNAL_STATES], None, None),
+            None => {
+                let swing = near.and_then(|near| near.swing.as_deref());
+                self.follow(robot, &[0.0; INTERNAL_STATES], swing, None)
+            }
         }
     }
 
@@ -403,7 +407,7 @@ impl PreparedLog {
         &self,
         robot: &mut ElasticRobot,
         memory: &Memory,
-        swing: Option<&Arc<DMatrix<f64>>>,
+        swing: Option<&StartSwing>,
         before: Option<&LinkMotion>,
     ) -> Result<Option<LinkMotion>, PredictError> {
         match (&self.standing, &self.moving) {

@@ -9,12 +9,13 @@ use super::columns::period;
 use super::instruments::{sensed, tracker_reading, unread};
 use super::play::{BacklashObserver, Observed};
 use super::{BaselineModel, Compared, LinkMotion, PredictError, known};
-use nalgebra::{DMatrix, Matrix3, SVector, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 use std::sync::Arc;
-use swing::Swing;
+pub use swing::StartSwing;
+use swing::{Elsewhere, Swing};
+use trueweld_core::JointVector;
 use trueweld_core::spatial::rotation_from_vector;
-use trueweld_core::{JointVector, Wrench};
 use trueweld_logs::channel::LogChannel;
 use trueweld_logs::fir::{
     Bands, Beginning, CLOSE_AGREEMENT_DEVIATIONS, LowPass, NOT_BY_CHANCE, Smoothed, finer, start,
@@ -338,7 +339,7 @@ impl DynamicPrediction {
         }
         if let Some(in_backlash) = &mut links.in_backlash {
             let link = links.swinging.drives().link;
-            let seen = self.observed(robot, &link, row);
+            let seen = self.observed(robot, &links.swinging, row);
             let moved = in_backlash.moved(robot, &self.drive[last].angle, &link, &seen);
             for links in [&mut links.swinging].into_iter().chain(&mut links.even) {
                 links.displace(&moved.by, &moved.rate);
@@ -348,12 +349,7 @@ impl DynamicPrediction {
     }
 
     /// The links at the first row, elsewhere by so much than the motors' motion asks for.
-    fn start(
-        &self,
-        robot: &ElasticRobot,
-        memory: &Memory,
-        elsewhere: &SVector<f64, 12>,
-    ) -> DynamicLinks {
+    fn start(&self, robot: &ElasticRobot, memory: &Memory, elsewhere: &Elsewhere) -> DynamicLinks {
         let (first, time) = (&self.drive[0], self.time[0]);
         let mut swinging = match &self.jerk {
             Some(jerk) => DynamicLinks::start_in_motion(robot, first, jerk, memory, time),
@@ -380,37 +376,35 @@ impl DynamicPrediction {
         &self,
         robot: &ElasticRobot,
         memory: &Memory,
-        known: Option<&Arc<DMatrix<f64>>>,
+        known: Option<&StartSwing>,
         before: Option<&LinkMotion>,
         substeps: usize,
     ) -> Result<LinkMotion, Diverged> {
-        let n = self.time.len();
-        /// The slopes are taken once; a few rounds bring the start to where the model has it.
-        const START_FIT_ROUNDS: usize = 3;
         let in_backlash = BacklashObserver::new(robot, self.margin, self.period);
-        let mut elsewhere = SVector::<f64, 12>::zeros();
-        let mut gain = None;
-        if let Some(swing) = &self.swing {
-            // A gear that remembers is another spring: its slopes are its own, and taken once.
-            let slopes = || self.swing_slopes(robot, swing, memory, substeps);
-            let own = || swing.gain(&slopes()?.0).map(Arc::new);
-            gain = match known {
-                Some(known) => Some(known.clone()),
-                None if robot.ports.memories() > 0 => own(),
-                None => None,
-            };
-            for _ in 0..START_FIT_ROUNDS {
-                let start = self.start(robot, memory, &elsewhere);
-                let start = Links::new(robot, start, in_backlash.clone(), substeps);
-                let Some(left) = self.first_residual(robot, &swing.rows, start) else { break };
-                let by = gain.as_deref().unwrap_or(&swing.gain) * left;
-                elsewhere += SVector::<f64, 12>::from_column_slice(by.as_slice());
-            }
-        }
-        let mut motion = LinkMotion { swing: gain, ..LinkMotion::new(n, in_backlash.is_some()) };
-        let start = self.start(robot, memory, &elsewhere);
-        let mut links = Links::new(robot, start, in_backlash, substeps);
-        for k in 0..n {
+        let links = |elsewhere: &_| {
+            let start = self.start(robot, memory, elsewhere);
+            Links::new(robot, start, in_backlash.clone(), substeps)
+        };
+        let begin = |swing| self.begun(robot, swing, memory, known, &links, substeps);
+        let begun = self.swing.as_ref().map(begin);
+        let elsewhere = begun.as_ref().map_or_else(Elsewhere::zeros, |begun| begun.elsewhere);
+        let begun = begun.map(Arc::new);
+        let mut motion =
+            LinkMotion { swing: begun, ..LinkMotion::new(self.time.len(), in_backlash.is_some()) };
+        self.go_through(robot, links(&elsewhere), before, &mut motion)?;
+        Ok(motion)
+    }
+
+    /// Takes links that start so through as many rows as a motion has, or as far as what they do
+    /// joins what they did `before`.
+    fn go_through(
+        &self,
+        robot: &ElasticRobot,
+        mut links: Links,
+        before: Option<&LinkMotion>,
+        motion: &mut LinkMotion,
+    ) -> Result<(), Diverged> {
+        for k in 0..motion.rows.len() {
             self.advance(robot, &mut links, k)?;
             let swinging = &links.swinging;
             motion.link.push(swinging.drives().link);
@@ -426,21 +420,17 @@ impl DynamicPrediction {
                 break;
             }
         }
-        Ok(motion)
+        Ok(())
     }
 
-    /// Where tool and links were seen at a row, less where links at `link` put them.
-    fn observed(&self, robot: &ElasticRobot, link: &JointVector<f64>, row: usize) -> Observed {
+    /// Where tool and links were seen at a row, less where these links put them.
+    fn observed(&self, robot: &ElasticRobot, links: &DynamicLinks, row: usize) -> Observed {
         let time = self.time[row] - self.time[0];
         let tool = self.position.as_ref().map_or(Vector3::repeat(f64::NAN), |position| {
-            position[row]
-                - tracker_reading(
-                    &robot.ports,
-                    &robot.frames(link, &Wrench::zero(), time).tcp,
-                    time,
-                )
-                .position
+            let tool = links.frames(robot, time).tcp;
+            position[row] - tracker_reading(&robot.ports, &tool, time).position
         });
+        let link = links.drives().link;
         let link = std::array::from_fn(|i| self.link_left(robot, i, link[i], row));
         // Turned it hardly goes in a gap while motors move; to follow that would be to follow noise.
         Observed { tool, turn: Vector3::repeat(f64::NAN), lever: 0.0, deviation: 0.0, link }

@@ -56,7 +56,12 @@ impl DynamicPrediction {
     }
 
     /// The tool as the tracker sees it at a row.
-    fn seen_pose(&self, robot: &ElasticRobot, motion: &LinkMotion, row: usize) -> Pose<f64> {
+    pub(super) fn seen_pose(
+        &self,
+        robot: &ElasticRobot,
+        motion: &LinkMotion,
+        row: usize,
+    ) -> Pose<f64> {
         let lag = robot.ports.delay(Channel::Tracker) / self.period;
         let tool = match motion.tool.as_slice() {
             [] => robot.model.frames(&link_at(motion, row, lag)).tcp,

@@ -1,19 +1,22 @@
 //! How the links swing where a ring-down begins after its stop: told by what the tracker saw first.
 
-use super::super::{BaselineModel, known};
-use super::swing::Swing;
+use super::super::{BaselineModel, LinkMotion, known};
+use super::swing::{Elsewhere, StartSwing, Swing};
 use super::{DynamicPrediction, Links};
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use trueweld_logs::channel::LogChannel;
 use trueweld_logs::log::Log;
 use trueweld_logs::noise::NoiseLevels;
 use trueweld_plant::robot::{ElasticRobot, INTERNAL_STATES, Memory};
 
-/// Time over which the start of the links is told, periods of the arm's lowest mode, and the rows
-/// in it that are looked at.
+/// Time over which the start of the links is told, periods of the arm's lowest mode, and the fewest
+/// rows in it.
 const SWING_PERIODS: f64 = 1.5;
-const SWING_ROWS: usize = 40;
+const SWING_ROWS_MIN: usize = 10;
+
+/// Rounds that bring the start to where the model has it.
+const START_FIT_ROUNDS: usize = 6;
 
 /// By how much the sum of squares must fall for an arm to be taken to swing when a log begins: twelve
 /// numbers lower it by 12, and by 40 once in ten thousand times.
@@ -38,11 +41,9 @@ impl DynamicPrediction {
         let rate = self.drive[0].rate;
         let rows = self.drive.iter().step_by(self.parts);
         let steady = rows.take_while(|m| (m.rate - rate).amax() < START_MOTOR_RATE_CHANGE).count();
-        let length = length.min(steady);
-        let every = length.div_ceil(SWING_ROWS).max(1);
         let seen = |row: &usize| position[*row].sum().is_finite();
-        let rows: Vec<usize> = (0..length).step_by(every).filter(seen).collect();
-        if rows.len() < SWING_ROWS / 4 {
+        let rows: Vec<usize> = (0..length.min(steady)).filter(seen).collect();
+        if rows.len() < SWING_ROWS_MIN {
             return None;
         }
         let robot = ElasticRobot::with_effects(&model.robot, &[], None).ok()?;
@@ -66,17 +67,58 @@ impl DynamicPrediction {
         Some(swing)
     }
 
+    /// How the links swing at the first row under a model: from where they do under one not far from
+    /// it, and by the slopes there, or by those of the model without its effects, as long as these
+    /// bring the start to where nothing moves it; else by its own. `links`: those that start so.
+    pub(super) fn begun(
+        &self,
+        robot: &ElasticRobot,
+        swing: &Swing,
+        memory: &Memory,
+        known: Option<&StartSwing>,
+        links: &impl Fn(&Elsewhere) -> Links,
+        substeps: usize,
+    ) -> StartSwing {
+        let settled = |mut begun: StartSwing| {
+            for _ in 0..START_FIT_ROUNDS {
+                let Some(left) = self.first_residual(robot, &swing.rows, links(&begun.elsewhere))
+                else {
+                    break;
+                };
+                let by = Elsewhere::from_column_slice((&begun.gain * left).as_slice());
+                begun.elsewhere += by;
+                if swing.has_settled(&by) {
+                    return Ok(begun);
+                }
+            }
+            Err(begun)
+        };
+        let plain = || StartSwing { elsewhere: Elsewhere::zeros(), gain: swing.gain.clone() };
+        let first = known.cloned().unwrap_or_else(plain);
+        let from = first.elsewhere;
+        settled(first).unwrap_or_else(|unsettled| {
+            let slopes = self.swing_slopes(robot, swing, memory, substeps);
+            match slopes.and_then(|(slopes, _)| swing.gain(&slopes)) {
+                // What is no straight line swings about its start a little.
+                Some(gain) => {
+                    settled(StartSwing { elsewhere: from, gain }).unwrap_or_else(|begun| begun)
+                }
+                None => unsettled,
+            }
+        })
+    }
+
     /// By how much the residuals of the first rows fall with the links starting elsewhere, a column
     /// for each of their angles and rates, then for where the tracker stands, and how it drifts; and
     /// these residuals.
-    pub(super) fn swing_slopes(
+    fn swing_slopes(
         &self,
         robot: &ElasticRobot,
         swing: &Swing,
         memory: &Memory,
         substeps: usize,
     ) -> Option<(DMatrix<f64>, DVector<f64>)> {
-        let still = SVector::<f64, 12>::zeros();
+        let still = Elsewhere::zeros();
         let start = |elsewhere: &_| self.start(robot, memory, elsewhere);
         let begin = |elsewhere: &_| Links::new(robot, start(elsewhere), None, substeps);
         let plain = self.first_residual(robot, &swing.rows, begin(&still))?;
@@ -99,21 +141,18 @@ impl DynamicPrediction {
 
     /// Measured less predicted position of the tool at the first rows, m, with the links starting
     /// so.
-    pub(super) fn first_residual(
+    fn first_residual(
         &self,
         robot: &ElasticRobot,
         rows: &[usize],
-        start: Links,
+        links: Links,
     ) -> Option<DVector<f64>> {
-        let mut links = start;
+        let position = self.position.as_ref()?;
+        let mut motion = LinkMotion::new(rows.last()? + 1, false);
+        self.go_through(robot, links, None, &mut motion).ok()?;
         let mut left = Vec::with_capacity(3 * rows.len());
-        let mut at = 0;
         for &row in rows {
-            while at <= row {
-                self.advance(robot, &mut links, at).ok()?;
-                at += 1;
-            }
-            left.extend(self.observed(robot, &links.swinging.drives().link, row).tool.iter());
+            left.extend((position[row] - self.seen_pose(robot, &motion, row).position).iter());
         }
         Some(DVector::from_vec(left))
     }

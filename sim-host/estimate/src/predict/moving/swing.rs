@@ -1,6 +1,18 @@
 //! What the tracker's first rows tell of how the links swing.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, SVector};
+
+/// Links that start elsewhere than the motors' motion asks for: angles, rad, then rates, rad/s.
+pub(super) type Elsewhere = SVector<f64, 12>;
+
+/// How the links swing when a log begins, under a model.
+#[derive(Debug, Clone)]
+pub struct StartSwing {
+    /// Where they start.
+    pub(super) elsewhere: Elsewhere,
+    /// The slopes that told it: see [`Swing::gain`].
+    pub(super) gain: DMatrix<f64>,
+}
 
 /// How what was seen in the first rows tells the start of the links.
 #[derive(Debug, Clone)]
@@ -19,6 +31,14 @@ impl Swing {
     /// What an angle, rad, or a rate, rad/s, may start elsewhere by.
     pub(super) fn size(&self, k: usize) -> f64 {
         if k < 6 { SWINGS } else { SWINGS * self.lowest }
+    }
+
+    /// True where a change of the start is next to nothing: it moves the tool by less than a hundredth
+    /// of a tracker's noise.
+    pub(super) fn has_settled(&self, by: &Elsewhere) -> bool {
+        /// Share of what the start may be off by.
+        const SETTLED_SHARE: f64 = 1e-4;
+        by.iter().enumerate().all(|(k, by)| by.abs() < SETTLED_SHARE * self.size(k))
     }
 
     /// Slopes over their noise, and the normal equations.
