@@ -69,7 +69,8 @@ fn screened(
     let null = fit_calibrations(problem, &blocks)?;
     let given = evaluate_uncalibrated(problem, &blocks, &null)?;
     let length = longest_weld(logs);
-    let ctx = SearchContext { problem, blocks: &blocks, null: &null, given: &given, length };
+    let (null, given, screened) = (&null, &given, &[]);
+    let ctx = SearchContext { problem, blocks: &blocks, null, given, length, screened };
     let screened = screen(&ctx);
     let mut pairs = confusable(&ctx, &screened);
     // What is not shown at all is told apart from nothing.

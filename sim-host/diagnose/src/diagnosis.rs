@@ -253,7 +253,8 @@ pub fn diagnose(
         looked = look(null)?;
     }
     let Looked { null, given, screened, mut singles, mut incomplete } = looked;
-    let ctx = SearchContext { problem, blocks: &blocks, null: &null, given: &given, length };
+    let (blocks, screened) = (&blocks, &screened);
+    let ctx = SearchContext { problem, blocks, null: &null, given: &given, length, screened };
     let limits = screened.iter().map(|s| s.limit.clone()).collect();
     let confusable = confuse::confusable(&ctx, &screened);
     let (mut chosen, mut alike) = (Vec::new(), Vec::new());
@@ -335,7 +336,7 @@ fn look(
     } else {
         evaluate_uncalibrated(problem, blocks, &null)?
     };
-    let ctx = SearchContext { problem, blocks, null: &null, given: &given, length };
+    let ctx = SearchContext { problem, blocks, null: &null, given: &given, length, screened: &[] };
     let screened = screen(&ctx);
     let mut incomplete = Vec::new();
     if problem.is_late() {

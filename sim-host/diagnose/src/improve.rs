@@ -525,6 +525,7 @@ impl ImprovementPath<'_> {
             null: &null,
             given: &null,
             length,
+            screened: &[],
         };
         let Self { problem, logs, blocks, .. } = *self;
         let mut takes = |next: &Fitted| {

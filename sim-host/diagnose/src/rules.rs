@@ -50,6 +50,9 @@ pub(crate) const LEAST_LIKELY: f64 = 0.125;
 pub(crate) const WHOLE_TURN: f64 = 1.0;
 /// The gain at three times the limit.
 pub(crate) const GAIN_AT_THREE_LIMITS: f64 = 9.0 * GAIN;
+/// Share of what the best start promises from which on another one is fitted roughly: half of what is
+/// asked of those fitted in full, for shapes still move.
+pub(crate) const WORTH_STEPS_GAIN: f64 = 0.5 * NEAR_BEST_GAIN;
 /// Share of what the best hypothesis gains from which on another one is fitted in full.
 pub(crate) const NEAR_BEST_GAIN: f64 = 0.3;
 /// Share of what the best fit wins that another one's slopes must promise for it to go on.

@@ -5,6 +5,7 @@ use super::rules;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 use trueweld_estimate::fit::calibration::is_calibration;
 use trueweld_estimate::fit::{
     self, EffectScope, FitProblem, Fitted, FreeParameter, LeastSquaresStep, Slopes,
@@ -34,7 +35,9 @@ pub(crate) struct ScreenedEffect {
     /// Smallest size that would have been seen.
     pub limit: EffectLimit,
     /// Slopes of its sizes; of a sine those at both phases.
-    pub slopes: Vec<Slopes>,
+    pub slopes: Arc<[Slopes]>,
+    /// Every shape of it that was looked at, and the slopes there.
+    shapes: Vec<(Effect, Arc<[Slopes]>)>,
 }
 
 /// Share of a torque's small step, which suits the strongest joint, at which its slope is taken:
@@ -94,6 +97,8 @@ pub(crate) struct SearchContext<'a> {
     pub given: &'a Fitted,
     /// Longest weld, m.
     pub length: f64,
+    /// What screening beside calibrations alone found, for what is screened beside more.
+    pub screened: &'a [ScreenedEffect],
 }
 
 impl SearchContext<'_> {
@@ -107,27 +112,34 @@ impl SearchContext<'_> {
     pub(super) fn screen(&self, kind: &'static EffectKind, at: Location) -> Option<ScreenedEffect> {
         let scans = kind.parameters.iter().any(|p| p.role == Role::Order);
         let shapes = if scans { self.orders(kind, at) } else { shapes(kind, self.length) };
-        let all = shapes.into_iter().filter_map(|shape| self.screen_shape(kind, at, &shape));
-        all.reduce(|mut a, mut b| {
+        let shaped = |shape: Vec<(usize, f64)>| {
+            let mut effect = kind.neutral(at);
+            shape.into_iter().for_each(|(k, v)| effect.values[k] = v);
+            let slopes = self.slopes(&effect)?;
+            Some((effect, slopes))
+        };
+        self.weighed(shapes.into_iter().filter_map(shaped).collect())
+    }
+
+    /// The best of the shapes of one effect, by these slopes.
+    fn weighed(&self, shapes: Vec<(Effect, Arc<[Slopes]>)>) -> Option<ScreenedEffect> {
+        let all = shapes.iter().filter_map(|(effect, slopes)| self.weighed_shape(effect, slopes));
+        let mut best = all.reduce(|mut a, mut b| {
             if b.starts[1].1 > a.starts[1].1 {
                 a.starts[1] = b.starts[1].clone();
             } else {
                 b.starts[1] = a.starts[1].clone();
             }
             if b.starts[0].1 >= a.starts[0].1 { b } else { a }
-        })
+        })?;
+        best.shapes = shapes;
+        Some(best)
     }
 
-    fn screen_shape(
-        &self,
-        kind: &'static EffectKind,
-        at: Location,
-        shape: &[(usize, f64)],
-    ) -> Option<ScreenedEffect> {
-        let mut effect = kind.neutral(at);
-        for (k, v) in shape {
-            effect.values[*k] = *v;
-        }
+    /// Slopes of an effect's sizes, where it is nothing; of a sine those at both phases. `None` where
+    /// the logs see nothing of it.
+    fn slopes(&self, effect: &Effect) -> Option<Arc<[Slopes]>> {
+        let kind = effect.kind;
         let phase = kind.parameters.iter().position(|p| p.role == Role::Phase);
         let turns: &[f64] = if phase.is_some() { &[0.0, FRAC_PI_2] } else { &[0.0] };
         let sizes: Vec<usize> =
@@ -149,15 +161,20 @@ impl SearchContext<'_> {
             more.extend(fit::slopes(self.problem, &point, &frees, &self.null.residuals, share));
         }
         let seen: f64 = more.iter().flatten().flatten().flatten().map(|v| v * v).sum();
-        if !(seen.is_finite() && seen > 1e-6) {
-            return None;
-        }
-        let (gain, after) = self::gain(self.blocks, self.null, &more)?;
+        (seen.is_finite() && seen > 1e-6).then(|| more.into())
+    }
+
+    fn weighed_shape(&self, effect: &Effect, more: &Arc<[Slopes]>) -> Option<ScreenedEffect> {
+        let Effect { kind, at, .. } = *effect;
+        let phase = kind.parameters.iter().position(|p| p.role == Role::Phase);
+        let sizes: Vec<usize> =
+            (0..kind.parameters.len()).filter(|k| kind.parameters[*k].is_size()).collect();
+        let (gain, after) = self::gain(self.blocks, self.null, more)?;
         let n = self.null.point.free.len();
         let far = rules::GAIN.sqrt() * after.deviations()[n];
-        let effect = (effect, phase);
+        let effect = (effect.clone(), phase);
         let here = (sized(&effect, &after.step.as_slice()[n..]), gain);
-        let there = self::gain(self.blocks, self.given, &more)
+        let there = self::gain(self.blocks, self.given, more)
             .map_or(here.clone(), |(gain, step)| {
                 (sized(&effect, &step.step.as_slice()[n..]), gain)
             });
@@ -178,7 +195,7 @@ impl SearchContext<'_> {
             _ => f64::NAN,
         };
         let limit = EffectLimit { kind, at, parameter, value };
-        Some(ScreenedEffect { starts, limit, slopes: more })
+        Some(ScreenedEffect { starts, limit, slopes: more.clone(), shapes: Vec::new() })
     }
 
     /// Orders of a sine of the joint's angle worth a closer look: the highest lines of the residual
@@ -351,12 +368,36 @@ pub(crate) fn screened_kinds(
 
 /// Screens every one of them. Best first.
 pub(crate) fn screen(ctx: &SearchContext<'_>) -> Vec<ScreenedEffect> {
-    let all: Vec<(&'static EffectKind, Location)> = screened_kinds(ctx.problem).collect();
-    let mut screened: Vec<ScreenedEffect> = all
+    screen_those(ctx, &screened_kinds(ctx.problem).collect::<Vec<_>>())
+}
+
+fn screen_those(
+    ctx: &SearchContext<'_>,
+    those: &[(&'static EffectKind, Location)],
+) -> Vec<ScreenedEffect> {
+    let mut screened: Vec<ScreenedEffect> = those
         .par_iter()
         .filter(|_| !ctx.problem.is_late())
         .filter_map(|(kind, at)| ctx.screen(kind, *at))
         .collect();
     screened.sort_by(|a, b| b.starts[0].1.total_cmp(&a.starts[0].1));
     screened
+}
+
+/// The same beside more than calibrations, of those that the slopes they were screened with before
+/// promise something of, and of waves, whose orders show in what is left: to take slopes anew is what
+/// takes time. So many of the others at most, by each of their two starts.
+pub(crate) fn screen_again(ctx: &SearchContext<'_>, most: usize) -> Vec<ScreenedEffect> {
+    if ctx.screened.is_empty() {
+        return screen(ctx);
+    }
+    let is_wave = |kind: &EffectKind| kind.parameters.iter().any(|p| p.role == Role::Order);
+    let weighed = |screened: &ScreenedEffect| {
+        (!is_wave(screened.limit.kind)).then(|| ctx.weighed(screened.shapes.clone()))?
+    };
+    let as_before: Vec<ScreenedEffect> = ctx.screened.par_iter().filter_map(weighed).collect();
+    let promising = likeliest(as_before.iter(), most).into_iter();
+    let waves = ctx.screened.iter().filter(|s| is_wave(s.limit.kind));
+    let of = |screened: &ScreenedEffect| (screened.limit.kind, screened.limit.at);
+    screen_those(ctx, &promising.chain(waves).map(of).collect::<Vec<_>>())
 }

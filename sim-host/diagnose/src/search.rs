@@ -4,7 +4,8 @@ use super::confuse::Confusable;
 use super::found::{FittedEffect, found_effects};
 use super::log_evidence::is_significant;
 use super::rules::{self, noise_excess};
-use super::screen::{ScreenedEffect, SearchContext, likeliest, screen};
+use super::screen::{ScreenedEffect, SearchContext, likeliest, screen_again};
+use nalgebra::DVector;
 use rayon::prelude::*;
 use std::slice;
 use trueweld_core::JOINTS;
@@ -44,27 +45,44 @@ pub(crate) fn evaluate_uncalibrated(
     fit::fit(problem, &point, blocks, &fitted.slopes[..stale], SolverOptions::steps(0, stale))
 }
 
-/// Fits one hypothesis roughly from where screening left it: beside the calibrations at their best
-/// without it, which may have moved far to hide it, and beside none.
-fn fit_hypothesis(ctx: &SearchContext<'_>, screened: &ScreenedEffect) -> Vec<Fitted> {
+/// Where a fit starts.
+struct Start<'a> {
+    point: FitState,
+    /// What the slopes of `base` promise there.
+    cost: f64,
+    base: &'a Fitted,
+}
+
+/// Where fits of one hypothesis start: beside the calibrations at their best without it, which may
+/// have moved far to hide it, and beside none.
+fn starts<'a>(ctx: &SearchContext<'a>, screened: &ScreenedEffect) -> Vec<Start<'a>> {
     // The same where nothing is free.
     let bases = if ctx.null.slopes.is_empty() { 1 } else { 2 };
     [ctx.null, ctx.given]
         .into_par_iter()
         .zip(&screened.starts)
         .take(bases)
-        .filter_map(|(base, (effect, _))| {
-            let point = start(ctx, base, effect)?;
-            let options = SolverOptions::steps(ROUGHLY, base.slopes.len());
-            fit::fit(ctx.problem, &point, ctx.blocks, &base.slopes, options).ok()
-        })
+        .filter_map(|(base, (effect, _))| start(ctx, base, effect))
         .collect()
+}
+
+/// Fits a hypothesis in so many steps from each start.
+fn fit_roughly(
+    ctx: &SearchContext<'_>,
+    starts: &[Start<'_>],
+    steps: impl Fn(&Start<'_>) -> usize + Sync,
+) -> Vec<Fitted> {
+    let fit = |start: &Start<'_>| {
+        let options = SolverOptions::steps(steps(start), start.base.slopes.len());
+        fit::fit(ctx.problem, &start.point, ctx.blocks, &start.base.slopes, options).ok()
+    };
+    starts.par_iter().filter_map(fit).collect()
 }
 
 /// Where a fit of an effect beside `base` starts. Slopes at nothing say little of the size of what
 /// is not in proportion to it, a gap or a loop: several sizes are judged with the calibrations at
 /// their best beside them.
-fn start(ctx: &SearchContext<'_>, base: &Fitted, effect: &Effect) -> Option<FitState> {
+fn start<'a>(ctx: &SearchContext<'a>, base: &'a Fitted, effect: &Effect) -> Option<Start<'a>> {
     let mut with = base.point.clone();
     with.shared.push(effect.clone());
     let last = with.shared.len() - 1;
@@ -73,29 +91,38 @@ fn start(ctx: &SearchContext<'_>, base: &Fitted, effect: &Effect) -> Option<FitS
         fit::residuals_beside(ctx.problem, &with, (&base.residuals, &with.shared[last])).ok()
     };
     let mut tried: Vec<(f64, Residuals)> = Vec::new();
+    let mut best: Option<(f64, f64, DVector<f64>)> = None;
+    let mut worse = 0;
     for factor in START_SIZE_FACTORS {
         let same = |f: &f64| scaled(effect, *f).values == scaled(effect, factor).values;
         if tried.iter().any(|(f, _)| same(f)) {
             continue;
         }
-        tried.extend(at_size(factor).map(|at| (factor, at)));
+        let Some(at) = at_size(factor) else { continue };
+        let linear = base.linear.beside(ctx.blocks, &at, &base.slopes);
+        if let Some(step) = linear.solve(None, 0.0, None).map(|solved| solved.step) {
+            let cost = linear.cost(&step);
+            worse += 1;
+            if best.as_ref().is_none_or(|(least, ..)| cost < *least) {
+                (best, worse) = (Some((cost, factor, step)), 0);
+            }
+        }
+        tried.push((factor, at));
         if let [(smaller, below), (larger, above)] = tried.as_slice()
             && follows(&base.residuals, below, above, smaller / larger)
         {
             // In proportion: the best size is the one that its slopes gave.
             break;
         }
+        if worse == START_SIZES_WORSE {
+            break;
+        }
     }
-    let judged = tried.into_iter().filter_map(|(factor, at)| {
-        let linear = base.linear.beside(ctx.blocks, &at, &base.slopes);
-        let step = linear.solve(None, 0.0, None)?.step;
-        Some((linear.cost(&step), factor, step))
-    });
-    let (_, factor, step) = judged.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (cost, factor, step) = best?;
     let mut point =
         if base.slopes.is_empty() { base.point.clone() } else { base.point.moved(&step) };
     point.add(scaled(effect, factor));
-    Some(point)
+    Some(Start { point, cost, base })
 }
 
 /// True where residuals change from `base` to `below` by so large a `share` of what they change to
@@ -129,12 +156,20 @@ fn scaled(effect: &Effect, factor: f64) -> Effect {
 /// Factors on the size that screening gives, at which a fit may start.
 const START_SIZE_FACTORS: [f64; 6] = [0.4, 1.0, 2.5, 6.0, 15.0, 40.0];
 
-/// Fits hypotheses, best first: all of them roughly, those that come near the best in full, the
-/// best with new slopes.
+/// Sizes in a row that are worse than one before them, after which no larger one is tried.
+const START_SIZES_WORSE: usize = 2;
+
+/// Fits hypotheses, best first: roughly those whose start promises a part of what the best one's
+/// does, in full those that come near the best, the best with new slopes.
 pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> Vec<Fitted> {
     let in_time = screened.par_iter().filter(|_| !ctx.problem.is_late());
     let cheapest = |fits: Vec<Fitted>| fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
-    let mut rough: Vec<Vec<Fitted>> = in_time.map(|s| fit_hypothesis(ctx, s)).collect();
+    let all: Vec<Vec<Start<'_>>> = in_time.map(|s| starts(ctx, s)).collect();
+    let least = all.iter().flatten().map(|start| start.cost).fold(f64::INFINITY, f64::min);
+    let enough = ctx.null.cost - rules::WORTH_STEPS_GAIN * (ctx.null.cost - least);
+    let steps = |start: &Start<'_>| if start.cost <= enough { ROUGHLY } else { 0 };
+    let mut rough: Vec<Vec<Fitted>> =
+        all.par_iter().map(|starts| fit_roughly(ctx, starts, steps)).collect();
     rough.sort_by(|a, b| cost_of(a).total_cmp(&cost_of(b)));
     let mut rough = rough.into_iter();
     let mut fits: Vec<Fitted> = Vec::new();
@@ -313,7 +348,8 @@ pub(super) fn alternatives(
         let Some(base) = fit_without(ctx, fitted, index, f64::INFINITY) else { continue };
         let beside = SearchContext { null: &base, given: &base, ..*ctx };
         let fits = others.into_iter().filter_map(|(kind, at)| {
-            let mut fits = fit_hypothesis(&beside, &beside.screen(kind, at)?);
+            let mut fits =
+                fit_roughly(&beside, &starts(&beside, &beside.screen(kind, at)?), |_| ROUGHLY);
             fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
             let mut best = fits.into_iter().next()?;
             let options = SolverOptions::full(in_proportion(&base.point));
@@ -330,6 +366,10 @@ const ALTERNATIVES: usize = 2;
 
 /// Cost without an effect, in what it is with it, from which on it is surely needed.
 const NEEDED: f64 = 1.5;
+
+/// Effects screened anew beside others, for each one that is fitted: slopes taken beside calibrations
+/// alone rank them nearly as new ones do.
+const SCREENED_AGAIN: usize = 4;
 
 /// Effects of an explanation at most.
 const EXPLANATION_EFFECTS_MAX: usize = 4;
@@ -412,7 +452,7 @@ pub(crate) fn add_each_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Vec<F
         return Vec::new();
     };
     let beside = SearchContext { null: fitted, given: &given, ..*ctx };
-    let screened = screen(&beside);
+    let screened = screen_again(&beside, SCREENED_AGAIN * rules::FITTED_BESIDE);
     // A gear has waves of several orders.
     let once = |e: &Effect| e.kind.parameters.iter().all(|p| p.role != Role::Order);
     let has = |s: &ScreenedEffect| {
