@@ -2,13 +2,13 @@
 //! their best.
 
 use super::rules;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 use trueweld_estimate::fit::calibration::is_calibration;
 use trueweld_estimate::fit::{
-    self, EffectScope, FitProblem, Fitted, FreeParameter, LeastSquaresStep, Slopes,
+    self, EffectScope, Eliminated, FitProblem, Fitted, FreeParameter, Slopes,
 };
 use trueweld_plant::effects::{Effect, EffectKind, Location, Parameter, Role, library};
 
@@ -106,12 +106,27 @@ impl SearchContext<'_> {
     pub(super) fn owed_cost(&self, fitted: &Fitted) -> f64 {
         fitted.cost + rules::prior_penalty(&self.null.residuals, &fitted.residuals)
     }
+}
+
+/// Effects beside what the fits of a search leave of their residuals.
+pub(crate) struct Screening<'a> {
+    ctx: SearchContext<'a>,
+    null: Eliminated<'a>,
+    given: Option<Eliminated<'a>>,
+}
+
+impl<'a> Screening<'a> {
+    /// `None` where the calibrations are not determined.
+    pub(crate) fn of(ctx: &SearchContext<'a>) -> Option<Self> {
+        let null = Eliminated::of(ctx.null)?;
+        Some(Self { ctx: *ctx, null, given: Eliminated::of(ctx.given) })
+    }
 
     /// Screens one effect at one place with all its shapes; the best of them. `None` where the logs
     /// see nothing of it.
-    pub(super) fn screen(&self, kind: &'static EffectKind, at: Location) -> Option<ScreenedEffect> {
+    pub(crate) fn screen(&self, kind: &'static EffectKind, at: Location) -> Option<ScreenedEffect> {
         let scans = kind.parameters.iter().any(|p| p.role == Role::Order);
-        let shapes = if scans { self.orders(kind, at) } else { shapes(kind, self.length) };
+        let shapes = if scans { self.orders(kind, at) } else { shapes(kind, self.ctx.length) };
         let shaped = |shape: Vec<(usize, f64)>| {
             let mut effect = kind.neutral(at);
             shape.into_iter().for_each(|(k, v)| effect.values[k] = v);
@@ -146,7 +161,7 @@ impl SearchContext<'_> {
             (0..kind.parameters.len()).filter(|k| kind.parameters[*k].is_size()).collect();
         let mut more: Vec<Slopes> = Vec::new();
         for turn in turns {
-            let mut point = self.null.point.clone();
+            let mut point = self.ctx.null.point.clone();
             let mut effect = effect.clone();
             if let Some(phase) = phase {
                 effect.values[phase] = *turn;
@@ -158,7 +173,13 @@ impl SearchContext<'_> {
                 .map(|k| FreeParameter { of, parameter: *k, expected: f64::INFINITY })
                 .collect();
             let share = if kind.parameters[sizes[0]].unit == "N·m" { OF_TORQUE } else { 1.0 };
-            more.extend(fit::slopes(self.problem, &point, &frees, &self.null.residuals, share));
+            more.extend(fit::slopes(
+                self.ctx.problem,
+                &point,
+                &frees,
+                &self.ctx.null.residuals,
+                share,
+            ));
         }
         let seen: f64 = more.iter().flatten().flatten().flatten().map(|v| v * v).sum();
         (seen.is_finite() && seen > 1e-6).then(|| more.into())
@@ -169,15 +190,13 @@ impl SearchContext<'_> {
         let phase = kind.parameters.iter().position(|p| p.role == Role::Phase);
         let sizes: Vec<usize> =
             (0..kind.parameters.len()).filter(|k| kind.parameters[*k].is_size()).collect();
-        let (gain, after) = self::gain(self.blocks, self.null, more)?;
-        let n = self.null.point.free.len();
-        let far = rules::GAIN.sqrt() * after.deviations()[n];
+        let (gain, step, deviations) = gain_beside(&self.null, more)?;
+        let far = rules::GAIN.sqrt() * deviations[0];
         let effect = (effect.clone(), phase);
-        let here = (sized(&effect, &after.step.as_slice()[n..]), gain);
-        let there = self::gain(self.blocks, self.given, more)
-            .map_or(here.clone(), |(gain, step)| {
-                (sized(&effect, &step.step.as_slice()[n..]), gain)
-            });
+        let here = (sized(&effect, step.as_slice()), gain);
+        let beside_none = self.given.as_ref().and_then(|given| gain_beside(given, more));
+        let there = beside_none
+            .map_or(here.clone(), |(gain, step, _)| (sized(&effect, step.as_slice()), gain));
         // A value held at the bound where there is no effect explains nothing.
         let starts = [here, there].map(|(effect, gain)| {
             let nowhere = sizes.iter().all(|k| {
@@ -213,23 +232,24 @@ impl SearchContext<'_> {
         // A sine of no periods, a quarter turn on, is a constant.
         let mut constant = kind.neutral(at);
         (constant.values[order], constant.values[phase]) = (0.0, FRAC_PI_2);
-        let mut point = self.null.point.clone();
+        let mut point = self.ctx.null.point.clone();
         let of = EffectScope::Shared(point.shared.len());
         point.shared.push(constant);
         let free = FreeParameter { of, parameter: size, expected: f64::INFINITY };
-        let slope = &fit::slopes(self.problem, &point, &[free], &self.null.residuals, 1.0)[0];
+        let slope =
+            &fit::slopes(self.ctx.problem, &point, &[free], &self.ctx.null.residuals, 1.0)[0];
         // What is left of the residual with all calibrations at their best.
-        let Some(step) = self.null.linear.solve(None, 0.0, None) else {
+        let Some(step) = self.ctx.null.linear.solve(None, 0.0, None) else {
             return Vec::new();
         };
         let mut samples: Vec<(f64, f64, f64)> = Vec::new();
-        for (log, experiment) in self.problem.logs.iter().enumerate() {
-            let (Some(slope), Some(motion)) = (&slope[log], &self.null.residuals[log].motion)
+        for (log, experiment) in self.ctx.problem.logs.iter().enumerate() {
+            let (Some(slope), Some(motion)) = (&slope[log], &self.ctx.null.residuals[log].motion)
             else {
                 continue;
             };
-            let mut left = self.null.residuals[log].residual.clone();
-            for (k, s) in self.null.slopes.iter().enumerate() {
+            let mut left = self.ctx.null.residuals[log].residual.clone();
+            for (k, s) in self.ctx.null.slopes.iter().enumerate() {
                 if let Some(s) = &s[log] {
                     left.iter_mut().zip(s).for_each(|(l, s)| *l += s * step.step[k]);
                 }
@@ -291,15 +311,16 @@ impl SearchContext<'_> {
     }
 }
 
-/// By how much the sum of squares falls with these slopes beside all that is free, and the step that
-/// does it.
-fn gain(blocks: &[Vec<u8>], base: &Fitted, more: &[Slopes]) -> Option<(f64, LeastSquaresStep)> {
-    let more: Vec<&Slopes> = more.iter().collect();
-    let linear = base.linear.extended(blocks, &base.residuals, &base.slopes, &more);
-    let before = base.linear.solve(None, 0.0, None)?;
-    let after = linear.solve(None, 0.0, None)?;
-    let gain = base.linear.cost(&before.step) - linear.cost(&after.step);
-    gain.is_finite().then_some((gain, after))
+/// By how much the sum of squares falls with these slopes beside all that is free, the step that does
+/// it, and its deviations.
+fn gain_beside(
+    base: &Eliminated<'_>,
+    more: &[Slopes],
+) -> Option<(f64, DVector<f64>, DVector<f64>)> {
+    let beside = base.beside(more);
+    let step = beside.least()?;
+    let gain = -beside.at(&step);
+    gain.is_finite().then_some((gain, step, beside.deviations()?))
 }
 
 /// An effect with the sizes that a step gives it from nothing; of a sine those at both phases, the
@@ -375,10 +396,11 @@ fn screen_those(
     ctx: &SearchContext<'_>,
     those: &[(&'static EffectKind, Location)],
 ) -> Vec<ScreenedEffect> {
+    let Some(screening) = Screening::of(ctx) else { return Vec::new() };
     let mut screened: Vec<ScreenedEffect> = those
         .par_iter()
         .filter(|_| !ctx.problem.is_late())
-        .filter_map(|(kind, at)| ctx.screen(kind, *at))
+        .filter_map(|(kind, at)| screening.screen(kind, *at))
         .collect();
     screened.sort_by(|a, b| b.starts[0].1.total_cmp(&a.starts[0].1));
     screened
@@ -391,9 +413,10 @@ pub(crate) fn screen_again(ctx: &SearchContext<'_>, most: usize) -> Vec<Screened
     if ctx.screened.is_empty() {
         return screen(ctx);
     }
+    let Some(screening) = Screening::of(ctx) else { return Vec::new() };
     let is_wave = |kind: &EffectKind| kind.parameters.iter().any(|p| p.role == Role::Order);
     let weighed = |screened: &ScreenedEffect| {
-        (!is_wave(screened.limit.kind)).then(|| ctx.weighed(screened.shapes.clone()))?
+        (!is_wave(screened.limit.kind)).then(|| screening.weighed(screened.shapes.clone()))?
     };
     let as_before: Vec<ScreenedEffect> = ctx.screened.par_iter().filter_map(weighed).collect();
     let promising = likeliest(as_before.iter(), most).into_iter();

@@ -4,7 +4,7 @@ use super::confuse::Confusable;
 use super::found::{FittedEffect, found_effects};
 use super::log_evidence::is_significant;
 use super::rules::{self, noise_excess};
-use super::screen::{ScreenedEffect, SearchContext, likeliest, screen_again};
+use super::screen::{ScreenedEffect, Screening, SearchContext, likeliest, screen_again};
 use nalgebra::DVector;
 use rayon::prelude::*;
 use std::slice;
@@ -347,9 +347,10 @@ pub(super) fn alternatives(
         }
         let Some(base) = fit_without(ctx, fitted, index, f64::INFINITY) else { continue };
         let beside = SearchContext { null: &base, given: &base, ..*ctx };
+        let Some(screening) = Screening::of(&beside) else { continue };
         let fits = others.into_iter().filter_map(|(kind, at)| {
             let mut fits =
-                fit_roughly(&beside, &starts(&beside, &beside.screen(kind, at)?), |_| ROUGHLY);
+                fit_roughly(&beside, &starts(&beside, &screening.screen(kind, at)?), |_| ROUGHLY);
             fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
             let mut best = fits.into_iter().next()?;
             let options = SolverOptions::full(in_proportion(&base.point));

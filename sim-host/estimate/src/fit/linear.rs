@@ -438,7 +438,7 @@ fn runs(blocks: &[u8]) -> Vec<Range<usize>> {
     blocks.chunk_by(|a, b| a == b).map(run).collect()
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     // Four sums, so that they can run side by side.
     let mut sums = [0.0; 4];
     let (fours, tail) = a.as_chunks::<4>();

@@ -2,8 +2,8 @@
 //! them. What many models have in common is factored once: many curves are judged beside the same
 //! calibrations.
 
-use super::BLOCKS;
-use super::linear::{Factor, HeldOutPrior, Linear, RIDGE, STAYS};
+use super::linear::{Factor, HeldOutPrior, Linear, RIDGE, STAYS, dot};
+use super::{BLOCKS, Fitted, Slopes};
 use nalgebra::{DMatrix, DVector};
 
 /// A quadratic form of values y, but for its constant: 2 (Jᵀr)·y + yᵀ (JᵀJ) y.
@@ -32,6 +32,11 @@ impl Quadratic {
         Some(-Factor::new(&self.jtj, 0.0)?.solve(&self.jtr))
     }
 
+    /// Standard deviations of the values; `None` where it is not positive definite.
+    pub fn deviations(&self) -> Option<DVector<f64>> {
+        Some(Factor::new(&self.jtj, 0.0)?.deviations())
+    }
+
     /// Of the last values, all before them where it is least by them.
     pub fn of_last(self, count: usize) -> Option<Self> {
         let before = self.jtr.len() - count;
@@ -44,7 +49,7 @@ impl Quadratic {
         let out =
             Elimination::of(&part(&first).select_columns(&first), &self.jtr.select_rows(&first))?;
         let columns = self.jtj.select_columns(&last);
-        Some(out.taken(&columns, &self.jtr, &first, &last).0)
+        Some(out.taken_from(&columns, &self.jtr, &first, &last).0)
     }
 
     /// Of values of which y = `to` × these.
@@ -68,23 +73,71 @@ impl Elimination {
         Some(Self { factor, step })
     }
 
-    /// The form of the values that are kept, and by how much those that are taken out step back by
-    /// each. `columns`: of the kept values, `jtr`: of all.
+    /// The form of the values that are kept, from theirs, and by how much those that are taken out
+    /// step back by each. `cross`: products of the slopes of either.
     fn taken(
+        &self,
+        cross: &DMatrix<f64>,
+        mut jtj: DMatrix<f64>,
+        jtr: DVector<f64>,
+    ) -> (Quadratic, DMatrix<f64>) {
+        let back = self.factor.solve(cross);
+        // As much as keeps the whole of the normal equations positive definite.
+        (0..jtj.nrows()).for_each(|i| jtj[(i, i)] *= 1.0 + RIDGE);
+        jtj -= cross.tr_mul(&back);
+        let jtr = jtr + cross.tr_mul(&self.step);
+        (Quadratic { jtj, jtr }, back)
+    }
+
+    /// The same from the columns of those that are kept, and the gradient of all.
+    fn taken_from(
         &self,
         columns: &DMatrix<f64>,
         jtr: &DVector<f64>,
         out: &[usize],
         kept: &[usize],
     ) -> (Quadratic, DMatrix<f64>) {
-        let cross = columns.select_rows(out);
-        let back = self.factor.solve(&cross);
-        let mut jtj = columns.select_rows(kept);
-        // As much as keeps the whole of the normal equations positive definite.
-        (0..kept.len()).for_each(|i| jtj[(i, i)] *= 1.0 + RIDGE);
-        jtj -= cross.tr_mul(&back);
-        let jtr = jtr.select_rows(kept) + cross.tr_mul(&self.step);
-        (Quadratic { jtj, jtr }, back)
+        self.taken(&columns.select_rows(out), columns.select_rows(kept), jtr.select_rows(kept))
+    }
+}
+
+/// All values of a fit, ready to be taken out of models that have a few more beside them, over all
+/// blocks together.
+#[derive(Debug)]
+pub struct Eliminated<'a> {
+    fitted: &'a Fitted,
+    all: Option<Elimination>,
+}
+
+impl<'a> Eliminated<'a> {
+    /// `None` where the values are not determined.
+    pub fn of(fitted: &'a Fitted) -> Option<Self> {
+        if fitted.slopes.is_empty() {
+            return Some(Self { fitted, all: None });
+        }
+        let (jtj, jtr) = fitted.linear.without(None);
+        Some(Self { fitted, all: Some(Elimination::of(&jtj, &jtr)?) })
+    }
+
+    /// The sum of squares by so many more values, of which nothing is known beforehand, where it is
+    /// least by those of the fit.
+    pub fn beside(&self, more: &[Slopes]) -> Quadratic {
+        let product = |a: &Slopes, b: &Slopes| {
+            let logs = a.iter().zip(b).filter_map(|(a, b)| Some((a.as_ref()?, b.as_ref()?)));
+            logs.map(|(a, b)| dot(a, b)).sum::<f64>()
+        };
+        let with = |slopes: &[Slopes]| {
+            DMatrix::from_fn(slopes.len(), more.len(), |i, k| product(&slopes[i], &more[k]))
+        };
+        let gradient = |slopes: &Slopes| {
+            let logs = slopes.iter().zip(&self.fitted.residuals);
+            logs.filter_map(|(s, at)| Some(dot(s.as_ref()?, &at.residual))).sum::<f64>()
+        };
+        let jtr = DVector::from_iterator(more.len(), more.iter().map(gradient));
+        match &self.all {
+            Some(all) => all.taken(&with(&self.fitted.slopes), with(more), jtr).0,
+            None => Quadratic { jtj: with(more), jtr },
+        }
     }
 }
 
@@ -118,7 +171,7 @@ impl SchurComplement {
         kept.extend(all - own..all);
         let taken = |out: &Elimination, left_out| {
             let columns = linear.columns_without(left_out, &kept);
-            out.taken(&columns, &linear.jtr_without(left_out), &self.out, &kept)
+            out.taken_from(&columns, &linear.jtr_without(left_out), &self.out, &kept)
         };
         let each = self.without.iter().enumerate().map(|(b, out)| {
             let (without, back) = taken(out, Some(b));
@@ -254,7 +307,7 @@ impl ReducedNormal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::{Residuals, Slopes};
+    use crate::fit::{FitState, Residuals, Termination};
     use crate::predict::Prediction;
 
     /// Slopes, block by block.
@@ -320,6 +373,37 @@ mod tests {
                 assert!(off.amax() < 1e-6 * step.amax(), "{step} is found as {own}");
             }
         }
+    }
+
+    #[test]
+    fn what_a_few_more_values_lower_the_sum_by_is_that_of_the_whole() {
+        let residual: Vec<f64> = (0..200).map(|k| (0.37 * f64::from(k * k % 89)).sin()).collect();
+        let at: Residuals =
+            vec![Prediction { residual, motion: None, late: None, free_play_term: 0.0 }];
+        let blocks: Vec<Vec<u8>> = vec![(0..200).map(|k| k / 20).collect()];
+        let known = vec![slopes(|_| 1.0), slopes(|k| (0.1 * k).cos())];
+        let more = vec![slopes(|k| (0.01 * k).powi(2)), vec![None]];
+        let prior = DMatrix::from_diagonal(&DVector::from_vec(vec![0.2, 0.0]));
+        let away = DVector::from_vec(vec![0.5, 0.0]);
+        let of_known: Vec<&Slopes> = known.iter().collect();
+        let base = Linear::new(&blocks, &at, &of_known, prior, away);
+        let whole = base.extended(&blocks, &at, &known, &more.iter().collect::<Vec<_>>());
+        let [before, after] = [&base, &whole].map(|linear| linear.solve(None, 0.0, None).unwrap());
+        let fall = base.cost(&before.step) - whole.cost(&after.step);
+        let fitted = Fitted {
+            point: FitState::empty(1),
+            residuals: at,
+            slopes: known,
+            linear: base,
+            cost: 0.0,
+            termination: Termination::Converged,
+        };
+        let few = Eliminated::of(&fitted).unwrap().beside(&more);
+        let step = few.least().unwrap();
+        assert!((few.at(&step) + fall).abs() < 1e-9 * fall, "{} for {fall}", few.at(&step));
+        assert!((step[0] - after.step[2]).abs() < 1e-9 * step[0].abs());
+        assert!((few.deviations().unwrap()[0] / after.deviations()[2] - 1.0).abs() < 1e-6);
+        assert_eq!(step[1], 0.0);
     }
 
     #[test]
