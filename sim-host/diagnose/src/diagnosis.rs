@@ -10,7 +10,10 @@ use crate::found::{
 };
 use crate::gate::{HeldOutGain, may_be_named};
 use crate::gross_calibration::gross_calibration;
-use crate::log_evidence::{DECISIVE, RivalNoise, exceeds_noise, is_significant};
+use crate::log_evidence::{
+    DECISIVE, NAMED, RivalNoise, UNNAMED_PROBABILITY_MAX, exceeds_noise, is_of_library,
+    is_significant,
+};
 use crate::mountings::{self, Mountings};
 use crate::rules::{
     self, excess_chi_square, held_out_score, noise_chi_square, score, within_noise,
@@ -537,12 +540,12 @@ fn conclude(
         let is_calibration = |found: &FittedEffect| is_calibration(found.effect.kind);
         let surely = match candidates[0].effects.iter().all(is_calibration) {
             true => 0.5,
-            false => rules::SURELY_ONE,
+            false => NAMED,
         };
         if any < surely && within_noise(problem, &null.residuals) {
             stands = false;
             verdict = DiagnosisVerdict::Adequate;
-        } else if any < 0.5 || candidates[0].probability < rules::LEAST_LIKELY {
+        } else if any < surely || candidates[0].probability < rules::LEAST_LIKELY {
             // The same where something does; or so many explain the data alike that none is found.
             verdict = DiagnosisVerdict::UnknownEffect;
         }
@@ -666,16 +669,10 @@ fn weigh(
     };
     let weights: Vec<f64> = candidates.iter().map(weight).collect();
     let sum: f64 = weights.iter().sum::<f64>() + (none - best).exp();
-    // What is left above the floor says how far the evidence can be trusted.
-    let left = fit::chi_square(&first.residuals) / noise_chi_square(ctx.problem).max(1.0);
     let ceiling = match verdict {
-        DiagnosisVerdict::UnknownEffect => 0.5,
-        _ => 1.0 - (left - 1.0).clamp(0.0, 0.5),
+        DiagnosisVerdict::UnknownEffect => UNNAMED_PROBABILITY_MAX,
+        _ => is_of_library(best - none),
     };
-    // A faint effect may be another one that looks alike.
-    let gained = 2.0 * (best - none).max(0.0);
-    let near_limit = (rules::GAIN_AT_THREE_LIMITS / gained.max(rules::GAIN_AT_THREE_LIMITS)).sqrt();
-    let ceiling = ceiling * (1.0 - rules::LOOKS_ALIKE * near_limit);
     let all: Vec<(bool, f64)> = candidates.iter().map(|c| (c.may_be_named, c.evidence)).collect();
     for (k, c) in candidates.iter_mut().enumerate() {
         c.probability = if c.may_be_named { weights[k] / sum * ceiling } else { 0.0 };

@@ -10,6 +10,7 @@ use crate::evidence::{EffectCurve, evidence};
 use crate::experiment::RIVALS_MAX;
 use crate::experiment::{Plan, next_experiment};
 use crate::found::FittedEffect;
+use crate::log_evidence::{NAMED, UNNAMED_PROBABILITY_MAX};
 use crate::rules::{self, parts};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -21,9 +22,6 @@ use trueweld_plant::input::RobotFile;
 
 /// Explanations whose curves are drawn: the first so many.
 const DRAWN_EXPLANATIONS: usize = 3;
-
-/// Probability of the best explanation from which on no further experiment is asked for.
-const SURE_PROBABILITY: f64 = 0.9;
 
 /// What is told of a diagnosis.
 #[derive(Debug, Clone)]
@@ -159,7 +157,7 @@ fn rivals(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<(String, Vec<Effect>)
     };
     let tied = &best.indistinguishable;
     let sure = diagnosis.verdict == DiagnosisVerdict::EffectFound
-        && best.probability >= SURE_PROBABILITY
+        && best.probability >= NAMED
         && tied.is_empty();
     if diagnosis.verdict == DiagnosisVerdict::Adequate || sure || !best.explains() {
         return Vec::new();
@@ -176,6 +174,15 @@ fn rivals(diagnosis: &Diagnosis, robot: &RobotFile) -> Vec<(String, Vec<Effect>)
 }
 
 impl Diagnosis {
+    /// True where the likeliest explanation, with those that the data do not tell from it, is not named
+    /// for faintness alone.
+    pub fn is_faint(&self) -> bool {
+        let Some(best) = self.candidates.first() else { return false };
+        let tied = best.indistinguishable.iter().map(|k| self.candidates[*k].probability);
+        self.verdict == DiagnosisVerdict::UnknownEffect
+            && best.probability + tied.sum::<f64>() > UNNAMED_PROBABILITY_MAX
+    }
+
     /// Score on held-out blocks without what is missing: with calibrations alone, or, where a
     /// calibration is the answer, of the model as it was given.
     pub fn held_out_without(&self) -> f64 {

@@ -23,6 +23,21 @@ use trueweld_plant::effects::{Effect, Location, Parameter, Role};
 /// (Jeffreys 1961; Kass and Raftery 1995).
 pub(crate) const DECISIVE: f64 = 4.605;
 
+/// Probability from which on something is named: a wrong name costs nine times what "unknown" does.
+pub(crate) const NAMED: f64 = 0.9;
+
+/// Probability at most of all explanations together where what they leave says that none is right.
+pub(crate) const UNNAMED_PROBABILITY_MAX: f64 = 0.5;
+
+/// Probability that an explanation with so much evidence, nats, is no neighbour of something outside
+/// the library, which is as likely beforehand. Of what that does the likeliest neighbour does some share
+/// ρ², all shares alike; the rest stands out as evidence e (1 − ρ²)/ρ² against both, and is not seen
+/// below [`DECISIVE`], with probability `DECISIVE`/(e + `DECISIVE`).
+pub(crate) fn is_of_library(evidence: f64) -> f64 {
+    let unseen = DECISIVE / (evidence.max(0.0) + DECISIVE);
+    1.0 / (1.0 + unseen)
+}
+
 /// Standard error of a noise that is stated, and of one that was read off a recording, as shares: makers
 /// state one to two digits; a spectrum's upper half holds a few independent values a column at least.
 const STATED_NOISE_ERROR: f64 = 0.03;

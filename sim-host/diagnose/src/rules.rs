@@ -38,18 +38,10 @@ pub const GROSS_CALIBRATION_DEVIATIONS: f64 = 5.0;
 /// Delay of motor torque that is no more than how a controller holds its commands, as a share of
 /// the sampling period.
 pub const COMMAND_HOLD_SHARE: f64 = 0.25;
-/// How often what is named at three times the limit of detection is something outside the library
-/// that looks alike; less often the more it shows.
-pub(crate) const LOOKS_ALIKE: f64 = 0.2;
-/// Least probability of all explanations together for one to be named where nothing stands out of the
-/// floor.
-pub(crate) const SURELY_ONE: f64 = 0.75;
 /// Least probability of an explanation that is named; with less there are too many others.
 pub(crate) const LEAST_LIKELY: f64 = 0.125;
 /// Turns of a wave that logs must hold for it to be one.
 pub(crate) const WHOLE_TURN: f64 = 1.0;
-/// The gain at three times the limit.
-pub(crate) const GAIN_AT_THREE_LIMITS: f64 = 9.0 * GAIN;
 /// Share of what the best start promises from which on another one is fitted roughly: half of what is
 /// asked of those fitted in full, for shapes still move.
 pub(crate) const WORTH_STEPS_GAIN: f64 = 0.5 * NEAR_BEST_GAIN;

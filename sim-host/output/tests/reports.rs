@@ -136,6 +136,14 @@ fn diagnosis_of_two_that_the_logs_do_not_separate() {
 fn diagnosis_of_an_unknown_effect() {
     let mut parts = sample::diagnosis(DiagnosisVerdict::UnknownEffect);
     parts.diagnosis.candidates[0].held_out_after = 2.5;
+    parts.diagnosis.candidates[0].probability = 0.49;
+    insta::assert_snapshot!(told(&parts.diagnosed()));
+}
+
+#[test]
+fn diagnosis_of_a_faint_effect() {
+    let mut parts = sample::diagnosis(DiagnosisVerdict::UnknownEffect);
+    parts.diagnosis.candidates[0].probability = 0.76;
     insta::assert_snapshot!(told(&parts.diagnosed()));
 }
 

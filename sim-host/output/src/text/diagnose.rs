@@ -265,6 +265,14 @@ pub(crate) fn verdict(
                 "The time was up before every effect was tried: what is missing cannot be told yet (score {before}).{calibrated}"
             )
         }
+        (DiagnosisVerdict::UnknownEffect, ..) if diagnosis.is_faint() => {
+            let record = next.map_or(String::new(), |next| format!(" {next}"));
+            format!(
+                "Something is missing (score {before}), too faintly to be named: likeliest {}. Something outside the library may \
+                 look alike in so little.{record}",
+                listed(&tied(diagnosis, robot), "and"),
+            )
+        }
         (DiagnosisVerdict::UnknownEffect, _, Some(calibrated)) => {
             let left = "No effect here explains the rest";
             format!("{calibrated}. {left}: {}.{}", follows(), partial())
@@ -546,6 +554,7 @@ mod tests {
         assert!(adequate.starts_with(expected), "{adequate}");
         parts.diagnosis.score_before = 3.79;
         parts.diagnosis.verdict = DiagnosisVerdict::UnknownEffect;
+        parts.diagnosis.candidates[0].probability = 0.49;
         // What leaves something that stands out is named as part of the answer, and not as the answer.
         let partial = parts.diagnosed().headline();
         let expected = "Something is missing that no effect here explains (score 3.79); it follows";
