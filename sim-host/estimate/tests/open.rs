@@ -99,30 +99,31 @@ fn the_depth_force_alone_is_compared_as_what_it_is_and_nothing_that_needs_the_ot
         let quantities: Vec<_> = problem.logs[0].compared.iter().map(|c| c.quantity).collect();
         assert!(force_of(&quantities));
         let pairs = problem.logs[0].compared.iter().zip(at.residual);
-        let pairs: Vec<_> = pairs.map(|(c, r)| (c.quantity, c.component, c.row, r)).collect();
+        let pairs: Vec<_> = pairs.map(|(c, r)| (c.quantity, c.component, c.measured, r)).collect();
         (pairs, logs[0].notices.clone())
     };
     let (whole, _) = read(None);
-    let depth = |pairs: &[(ComparedQuantity, u8, usize, f64)]| -> Vec<(usize, f64)> {
+    let depth = |pairs: &[(ComparedQuantity, u8, f64, f64)]| -> Vec<[f64; 2]> {
         let of = pairs.iter().filter(|(q, c, ..)| *q == ComparedQuantity::Force && *c == 2);
-        of.map(|(_, _, row, residual)| (*row, *residual)).collect()
+        of.map(|(_, _, measured, residual)| [*measured, *residual]).collect()
     };
+    let score =
+        |of: &[[f64; 2]]| (of.iter().map(|[_, r]| r * r).sum::<f64>() / of.len() as f64).sqrt();
     for alone in ["", "0"] {
         let (pairs, notices) = read(Some(alone));
         assert!(notices.contains(&LogNotice::ForceInPart(vec!["fz_n"])), "{notices:?}");
-        let of_plane = |(quantity, component, ..): &(ComparedQuantity, u8, usize, f64)| {
+        let of_plane = |(quantity, component, ..): &(ComparedQuantity, u8, f64, f64)| {
             let force = !matches!(quantity, ComparedQuantity::Moment);
             (force && *component != 2) || *quantity == ComparedQuantity::Position
         };
         assert!(!pairs.iter().any(of_plane));
-        // The same rows are compared, the same numbers come out.
+        // The same readings are compared. What is left of them differs a little: one component tells
+        // the start of channel and spindle, not three.
         let (own, same) = (depth(&pairs), depth(&whole));
         assert_eq!(own.len(), same.len());
-        for ((row, a), (of, b)) in own.iter().zip(&same) {
-            assert!(row == of && (a - b).abs() < 0.2, "row {row}: {a}, {b}");
-        }
-        let score = own.iter().map(|(_, r)| r * r).sum::<f64>() / own.len() as f64;
-        assert!(score.sqrt() < 1.2, "{score}");
+        assert!(own.iter().zip(&same).all(|([a, _], [b, _])| a == b));
+        assert!((score(&own) - score(&same)).abs() < 0.2, "{} {}", score(&own), score(&same));
+        assert!((score(&own) - 1.0).abs() < 0.25, "{}", score(&own));
     }
 }
 

@@ -136,10 +136,10 @@ fn says(table: &TomlTable<'_>, key: &str, word: &str) -> bool {
 /// The inertia of links that each joint feels with the other joints free, 1/(M⁻¹)_jj, kg·m²: the
 /// least of it at postures between the limits.
 fn felt_inertia(robot: &Robot<f64>) -> [f64; JOINTS] {
-    const POSTURES: usize = 8;
+    const INERTIA_POSTURES: usize = 8;
     let mut least = [f64::INFINITY; JOINTS];
-    for k in 0..=POSTURES {
-        let share = k as f64 / POSTURES as f64;
+    for k in 0..=INERTIA_POSTURES {
+        let share = k as f64 / INERTIA_POSTURES as f64;
         let posture = trueweld_core::JointVector::from_fn(|i, _| {
             let [low, high] = robot.parameters().joints[i].limits;
             low + (high - low) * share

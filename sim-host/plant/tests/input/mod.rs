@@ -328,7 +328,8 @@ fn a_rigid_drive_swings_far_above_any_motion_and_an_unknown_rotor_matches_its_li
     let felt = last.rotor_inertia;
     let inverse = robot.robot.crba(&robot.robot.frames(&JointVector::zeros())).try_inverse();
     let here = 1.0 / inverse.unwrap()[(5, 5)];
-    assert!(felt <= here * (1.0 + 1e-9) && felt > 0.3 * here, "{felt}, {here}");
+    // It depends on the posture by what the other free joints give way.
+    assert!((felt / here - 1.0).abs() < 0.05, "{felt}, {here}");
     let rate = (last.stiffness / felt).sqrt();
     assert!((rate / std::f64::consts::TAU - 500.0).abs() < 1e-6, "{rate}");
     let stated = RobotFile::parse(ROBOT, "robot.toml").unwrap();

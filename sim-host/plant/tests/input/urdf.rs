@@ -330,8 +330,7 @@ fn joints_that_mimic_others_are_held_or_axes_and_the_file_says_which() {
     let axis = r#"<axis xyz="0 0 1"/>"#;
     let coupled = URDF.replacen(axis, &format!("{axis}<mimic joint=\"A2\"/>"), 1);
     let text = import_urdf_text(&coupled, "arm.urdf").unwrap();
-    let said =
-        "# Joint A1 is an axis of its own here: that it follows A2 by a factor of 1 is left out.";
+    let said = "# Note: Joint A1 is an axis of its own here: that it follows A2 by a factor of 1 is left out.";
     assert!(text.contains(said), "{text}");
     let all = |text: &str| RobotFile::parse(&filled(text), "a.toml").unwrap().parameters;
     assert_eq!(all(&text), all(&plain));
