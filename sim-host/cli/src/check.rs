@@ -191,7 +191,8 @@ fn check(path: &Path) -> Result<(FileKind, Vec<String>, Vec<String>), InputError
     match kind {
         FileKind::Robot => {
             let robot = RobotFile::parse(&text, &name)?;
-            notices.extend(too_fast(&robot).map(|mode| mode.to_string()));
+            let told = |mode: TooFast| mode.told(&robot.joint_names[mode.0.joint]);
+            notices.extend(too_fast(&robot).map(told));
             Ok(())
         }
         FileKind::Process => Process::parse(&text, &name).map(drop),

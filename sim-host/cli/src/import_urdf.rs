@@ -28,7 +28,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     check_outputs(outputs.as_slice())?;
     write(path, &text)?;
-    let left = text.matches(input::FILL_IN).count();
+    for note in text.lines().filter_map(|line| line.strip_prefix("# Note: ")) {
+        say!("{note}\n");
+    }
+    let left = input::open_entries(path)?.len();
     if left > 0 {
         say!(
             "{left} values are marked {:?}: a URDF does not hold them. Fill them in, then: trueweld check {}\n",

@@ -278,6 +278,8 @@ fn an_imported_urdf_says_what_is_still_to_be_filled_in() {
     let out = place.done(&["import-urdf", &fixture("robots/arm6.urdf"), "--out", "arm6.toml"]);
     assert!(
         out.contains("wrote arm6.toml")
+            && out.contains("The tool is the URDF's tcp")
+            && out.contains("23 values are marked")
             && out.contains("FILL IN")
             && out.contains("trueweld check"),
         "{out}"

@@ -25,7 +25,7 @@ use trueweld_estimate::fit::per_log;
 use trueweld_estimate::fit::{
     self, FitProblem, FitState, Fitted, PerLogEffect, Residuals, SolverOptions, SortedEffects,
 };
-use trueweld_estimate::predict::{PredictError, PreparedLog};
+use trueweld_estimate::predict::{PredictError, PreparedLog, is_open_factor};
 use trueweld_estimate::residuals::compare::{LogComparison, Notice, of_each_log, of_logs};
 use trueweld_estimate::residuals::error::ChannelError;
 use trueweld_estimate::residuals::localize::{Finding, localize};
@@ -602,6 +602,8 @@ fn stable(problem: &FitProblem, logs: &[Log], point: &FitState) -> bool {
 pub enum EffectOrigin {
     /// The model as it was given.
     Given,
+    /// What the model's masses and friction make of currents, before any fit.
+    FoundBefore,
     /// The fit to all logs.
     Fitted(FittedEffect),
     /// What each log has of its own, fitted to it, or alike in all logs fitted; the model has the mean.
@@ -630,8 +632,12 @@ fn model_effects<'f>(
     found: impl Iterator<Item = &'f FittedEffect>,
     problem: &FitProblem,
 ) -> (Vec<ModelEffect>, Vec<EffectOrigin>) {
+    let origin = |entry: &ModelEffect| match is_found_factor(entry) {
+        true => EffectOrigin::FoundBefore,
+        false => EffectOrigin::Given,
+    };
     let mut effects: Vec<(ModelEffect, EffectOrigin)> =
-        given.iter().map(|entry| (entry.clone(), EffectOrigin::Given)).collect();
+        given.iter().map(|entry| (entry.clone(), origin(entry))).collect();
     let is_of_log = |f: &&FittedEffect| f.log.is_some() || is_renewed(&f.effect);
     let (own, common): (Vec<&FittedEffect>, Vec<&FittedEffect>) = found.partition(is_of_log);
     for found in common {
@@ -678,8 +684,9 @@ fn same(a: &Effect, b: &Effect) -> bool {
 fn add(effects: &mut Vec<(ModelEffect, EffectOrigin)>, entry: ModelEffect, origin: EffectOrigin) {
     let is_replaced = |e: &ModelEffect| match entry.scope {
         Scope::Log => e.scope == Scope::Log,
-        // The user's own that were hypotheses come back with their fitted values.
-        Scope::Campaign => is_hypothesis(e),
+        // The user's own that were hypotheses, and factors that were found beforehand, come back with
+        // their fitted values.
+        Scope::Campaign => is_hypothesis(e) || is_found_factor(e),
     };
     match effects.iter_mut().find(|(e, _)| same(&e.effect, &entry.effect) && is_replaced(e)) {
         Some(replaced) => *replaced = (entry, origin),
@@ -699,6 +706,12 @@ fn whole(found: &FittedEffect, stated: &PerLogEffect) -> FittedEffect {
 /// True for a calibration that another log has anew.
 fn is_renewed(effect: &Effect) -> bool {
     effect.kind.calibration.is_some_and(|c| c.renewed(effect.at).is_some())
+}
+
+/// True for a factor as it was found before anything was fitted.
+fn is_found_factor(entry: &ModelEffect) -> bool {
+    let Effect { kind, at, values } = &entry.effect;
+    is_open_factor(kind) && values[1..] == kind.neutral(*at).values[1..]
 }
 
 /// True for an effect of the user's own that does nothing as it is written.

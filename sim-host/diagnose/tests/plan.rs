@@ -32,6 +32,9 @@ impl Laboratory {
             robot: logs[0].robot.robot.clone(),
             process,
             accuracy: Default::default(),
+            torque_constants: [None; 6],
+            rigid: [false; 6],
+            unknown_rotor: [false; 6],
         };
         let noise = instruments(&logs);
         let experiments = logs

@@ -72,6 +72,9 @@ impl Series {
             robot: log.robot.robot.clone(),
             process: None,
             accuracy: Default::default(),
+            torque_constants: [None; 6],
+            rigid: [false; 6],
+            unknown_rotor: [false; 6],
         };
         let experiment = PreparedLog::new(&log, &noise, &model).unwrap();
         let motion = LinkMotion {

@@ -15,13 +15,17 @@ use trueweld_logs::campaign::Campaign;
 use trueweld_logs::log::{Log, LogNotice};
 use trueweld_plant::input::ModelFile;
 
-fn fixture(path: &str) -> PathBuf {
+pub(crate) fn fixture(path: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/campaigns").join(path)
 }
 
 /// A log of a campaign in which nothing is missing, with its files changed: the text of `log.toml`,
 /// and a value by its column and row.
-fn changed(name: &str, toml: &str, value: &mut dyn FnMut(&str, usize, f64) -> Option<f64>) -> Log {
+pub(crate) fn changed(
+    name: &str,
+    toml: &str,
+    value: &mut dyn FnMut(&str, usize, f64) -> Option<f64>,
+) -> Log {
     let folder = fixture("nothing-missing").join(name);
     let text = std::fs::read_to_string(folder.join("samples.csv")).unwrap();
     let (header, rows) = text.split_once('\n').unwrap();
@@ -41,11 +45,11 @@ fn changed(name: &str, toml: &str, value: &mut dyn FnMut(&str, usize, f64) -> Op
     Log::parse(toml, csv.as_bytes(), &folder).unwrap()
 }
 
-fn toml(name: &str) -> String {
+pub(crate) fn toml(name: &str) -> String {
     std::fs::read_to_string(fixture("nothing-missing").join(name).join("log.toml")).unwrap()
 }
 
-fn model() -> ModelFile {
+pub(crate) fn model() -> ModelFile {
     ModelFile::read(fixture("nothing-missing/model.toml")).unwrap()
 }
 

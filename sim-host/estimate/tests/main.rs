@@ -3,3 +3,4 @@
 mod calibration;
 mod compare;
 mod dirty;
+mod open;

@@ -218,14 +218,23 @@ fn a_missing_column_is_named() {
         "1:76",
         &["`px_m` without `pz_m`", "all of `px_m`, `py_m`, `pz_m`, or none"],
     );
-    // Zeros and empty fields are no force in the plane, and one message says what follows.
-    let whole = ["`fx_n`, `fy_n` were not measured", "all of `fx_n`, `fy_n`, `fz_n`"];
-    refused(parse(&weld_toml(), WELD.replace("fx_n,fy_n", "other,more")), "1:64", &whole);
+    // Zeros and empty fields are no force, and those in the plane go with the depth force.
+    let depth = ["`fx_n`, `fy_n` alone was measured", "expected `fz_n`"];
+    refused(parse(&weld_toml(), WELD.replace("fz_n", "other")), "1:53", &depth);
     for of_no_force in ["0.0", ""] {
         let place = format!(",{of_no_force},{of_no_force},-12");
         let text = WELD.replace(",-10,-22,-12", &place).replace(",-22,30,-12", &place);
-        refused(parse(&weld_toml(), text), "", &whole);
+        let alone = parse(&weld_toml(), text).unwrap();
+        assert_eq!(alone.samples.unmeasured_force, [true, true, false]);
+        assert!(alone.notices.contains(&LogNotice::ForceInPart(vec!["fz_n"])));
     }
+    let alone = parse(&weld_toml(), WELD.replace("fx_n,fy_n", "other,more")).unwrap();
+    assert_eq!(alone.samples.unmeasured_force, [true, true, false]);
+    // A sensor that is turned reads all of the force in each component.
+    let turned = format!("{}\n[wrench]\npoint_m = [0.0, 0.0, -0.3]\n", weld_toml());
+    let message = told(&parse(&turned, WELD.replace("fx_n,fy_n", "other,more")).unwrap_err());
+    assert!(message.contains("log.toml:8:1"), "{message}");
+    assert!(message.contains("a part was not measured"), "{message}");
     let text = STATIC.replace("cy_m", "other");
     refused(parse(&log_toml("static-load", ""), text), "1:89", &["`payload_kg` without `cy_m`"]);
     refused(free(changed(",tm2_nm", ",qe3_rad")), "1:69", &["`qe3_rad`", "a second time"]);
@@ -1019,4 +1028,53 @@ proptest! {
             if let Some(p) = position { prop_assert_eq!(p.to_bits(), read.to_bits()); }
         }
     }
+}
+
+/// A controller's traces come in two files of even rows without a time, currents in one of them.
+#[test]
+fn files_without_a_time_go_row_by_row_and_a_current_needs_no_factor() {
+    let folder = tempfile::tempdir().unwrap();
+    let toml = |more: &str| {
+        let mut text = log_toml("free-motion", "period_s = 0.004\n");
+        text += "files = [ { path = \"pos.csv\" }, { path = \"curr.csv\" } ]\n[columns]\n";
+        for i in 1..=6 {
+            text += &format!("\"pos.csv:J{i}\" = {{ channel = \"qe{i}\", unit = \"deg\" }}\n");
+        }
+        text + more
+    };
+    let rows = |count: usize, of: &dyn Fn(usize, usize) -> f64| -> String {
+        let line =
+            |k: usize| (1..=6).map(|i| of(k, i).to_string()).collect::<Vec<_>>().join(",") + "\n";
+        "J1,J2,J3,J4,J5,J6\n".to_owned() + &(0..count).map(line).collect::<String>()
+    };
+    let angle =
+        |k: usize, i: usize| [0.0, -50.0, 90.0, 0.0, 35.0, 0.0][i - 1] + 1e-3 * (k * i) as f64;
+    let current = |k: usize, i: usize| i as f64 + 0.01 * (k as f64).sin();
+    let write = |toml: &str, count: usize| {
+        fs::write(folder.path().join("log.toml"), toml).unwrap();
+        fs::write(folder.path().join("pos.csv"), rows(300, &angle)).unwrap();
+        fs::write(folder.path().join("curr.csv"), rows(count, &current)).unwrap();
+        Log::read(folder.path())
+    };
+    let line = "\"curr.csv:J2\" = { channel = \"tm2\", unit = \"A\" }\n";
+    let log = write(&toml(line), 300).unwrap();
+    let torque = log.samples.motor_torque[1].as_ref().unwrap();
+    assert_eq!(torque[7], current(7, 2));
+    assert!((log.samples.time[7] - log.samples.time[0] - 0.028).abs() < 1e-12);
+    let open = log.origin.currents[1].unwrap();
+    assert_eq!((open.unit, open.factor), ("A", None));
+    assert_eq!(log.origin.columns.iter().find(|c| c.open).unwrap().line(), line.trim());
+
+    let stated = line.replace("\"A\"", "\"A\", factor = 1.0");
+    let log = write(&toml(&stated), 300).unwrap();
+    assert!(log.origin.currents[1].is_none());
+    let entry = log.origin.columns.iter().find(|c| c.unit == "A").unwrap();
+    assert_eq!(entry.line(), stated.trim(), "a factor of 1 that is stated stays one");
+
+    let shown = told(&write(&toml(line), 299).unwrap_err());
+    assert!(shown.contains("holds 299 rows, another file of the log 300"), "{shown}");
+    // No other channel is a current.
+    let moment = "\"curr.csv:J3\" = { channel = \"mx\", unit = \"A\" }\n";
+    let shown = told(&write(&toml(moment), 300).unwrap_err());
+    assert!(shown.contains("one with a `factor`"), "{shown}");
 }

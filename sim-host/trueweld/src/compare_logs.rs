@@ -4,6 +4,7 @@ use crate::measured::log_digests;
 use crate::provenance::of_program;
 use miette::{Context, IntoDiagnostic, Result, miette};
 use std::path::{Path, PathBuf};
+use trueweld_estimate::log_faults::scale_currents;
 use trueweld_logs::campaign::{CAMPAIGN_FILE, read_logs};
 use trueweld_logs::log::{Log, longest};
 use trueweld_logs::pair::{LogPair, compare_logs as compare_pair};
@@ -50,7 +51,8 @@ pub fn compare_logs(first: &Path, second: &Path) -> Result<ComparedPair> {
         let pieces = logs.iter().filter(|log| log.path == *path).cloned();
         longest(pieces.collect())
     };
-    let logs = [0, 1].map(|folder| of(folder, &logs));
+    let mut logs = [0, 1].map(|folder| of(folder, &logs));
+    scale_currents(&mut logs);
     logs[1].must_be_of(&logs[0].robot, &format!("the log {}", logs[0].path.display()))?;
     let pair = compare_pair(&logs[0], &logs[1])
         .into_diagnostic()

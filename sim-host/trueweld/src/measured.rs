@@ -18,7 +18,8 @@ use trueweld_estimate::residuals::compare::{
 use trueweld_estimate::residuals::single_load::single_loads;
 use trueweld_logs::campaign::read_logs;
 use trueweld_logs::log::Log;
-use trueweld_plant::input::ModelFile;
+use trueweld_plant::effects::Effect;
+use trueweld_plant::input::{ModelEffect, ModelFile, Scope};
 use trueweld_plant::provenance::{EffectRecord, FileDigest, Provenance};
 
 /// A model and logs as their files have them.
@@ -67,8 +68,9 @@ impl GivenLogs {
     /// # Errors
     /// Clocks that cannot be aligned; a log that the model cannot be driven through.
     pub fn prepare(self) -> Result<MeasuredLogs> {
-        let Self { model, mut logs } = self;
-        let (found, problem) = ready(&model, &mut logs)?;
+        let Self { mut model, mut logs } = self;
+        let (found, mut problem) = ready(&model, &mut logs)?;
+        state_found_factors(&mut model, &mut problem);
         Ok(MeasuredLogs { model, logs, found, problem })
     }
 }
@@ -89,6 +91,15 @@ fn ready(model: &ModelFile, logs: &mut Vec<Log>) -> Result<(Found, FitProblem)> 
         problem = FitProblem::new(model, experiments(logs, &baseline).into_diagnostic()?);
     }
     Ok((found, problem))
+}
+
+/// States in a model the torque constants that were found, so that what is improved, and logs held
+/// out, have the same ones.
+fn state_found_factors(model: &mut ModelFile, problem: &mut FitProblem) {
+    let stated = |effect: &Effect| ModelEffect { effect: effect.clone(), scope: Scope::Campaign };
+    let found = problem.open_factors(&baseline(model).torque_constants);
+    model.effects.extend(found.iter().map(stated));
+    problem.known.extend(found);
 }
 
 fn must_have_no_mistakes(found: &Found) -> Result<()> {

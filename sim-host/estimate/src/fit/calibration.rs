@@ -45,11 +45,13 @@ pub fn calibrations(problem: &FitProblem) -> FitState {
     all.sort_by_key(|(_, calibration)| match calibration.scope {
         CalibrationScope::EachLog(_) => 0,
         CalibrationScope::Postures => 1,
-        CalibrationScope::AllLogs { .. } => 2,
+        CalibrationScope::AllLogs { .. }
+        | CalibrationScope::OpenFactor
+        | CalibrationScope::UnknownRotor => 2,
     });
     for (kind, Calibration { expected, scope }) in all {
         for at in kind.places() {
-            let effect = kind.neutral(at);
+            let mut effect = kind.neutral(at);
             let expected = problem.deviations(&effect, expected);
             if problem.is_known(kind, at) || problem.per_log.iter().any(|own| own.is(&effect)) {
                 continue;
@@ -69,6 +71,20 @@ pub fn calibrations(problem: &FitProblem) -> FitState {
                 }
                 CalibrationScope::AllLogs { motion } if moving || !motion => {
                     point.add_expected(effect, expected);
+                }
+                CalibrationScope::OpenFactor => {
+                    let Location::Joint(joint) = at else { continue };
+                    let found = problem.logs.iter().find_map(|log| log.factors[joint]);
+                    if let Some(factor) = found {
+                        effect.values[0] = factor;
+                        point.add_expected(effect, expected);
+                    }
+                }
+                CalibrationScope::UnknownRotor => {
+                    let is_unknown = |joint: usize| problem.model.unknown_rotor[joint];
+                    if moving && matches!(at, Location::Joint(joint) if is_unknown(joint)) {
+                        point.add_expected(effect, expected);
+                    }
                 }
                 CalibrationScope::Postures | CalibrationScope::AllLogs { .. } => {}
             }

@@ -23,12 +23,14 @@ pub use solver::{Fitted, SolverOptions, Termination, fit};
 
 use crate::predict::{
     BaselineModel, Compared, ComparedQuantity, PredictError, Prediction, PreparedLog, baseline,
+    is_open_factor,
 };
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::time::Instant;
+use trueweld_core::JOINTS;
 use trueweld_plant::effects::table::DefinedTable;
-use trueweld_plant::effects::{Action, Effect, EffectKind, Location, Parameter, Role};
+use trueweld_plant::effects::{Action, Effect, EffectKind, Location, Parameter, Role, library};
 use trueweld_plant::input::{KnownEffect, ModelFile};
 
 /// Blocks in time that can be left out.
@@ -71,7 +73,27 @@ impl FitProblem {
 
     /// True for an effect that is not looked for, since the model is right about it.
     pub fn is_known(&self, kind: &EffectKind, at: Location) -> bool {
+        if let Location::Joint(joint) = at
+            && self.model.rigid[joint]
+            && kind.is_of_spring(joint, self.model.robot.parameters())
+        {
+            return true;
+        }
         KnownEffect::of(&self.declared, kind, at).is_some_and(KnownEffect::is_exact)
+    }
+
+    /// Torque constants that were found for these logs and that a model, with such `stated` ones, does
+    /// not have, as effects that correct nothing.
+    pub fn open_factors(&self, stated: &[Option<f64>; JOINTS]) -> Vec<Effect> {
+        let kinds = library().filter(|kind| is_open_factor(kind));
+        let all = kinds.flat_map(|kind| kind.places().into_iter().map(|at| kind.neutral(at)));
+        all.filter_map(|mut effect| {
+            let Location::Joint(joint) = effect.at else { return None };
+            let found = self.logs.iter().find_map(|log| log.factors[joint]);
+            effect.values[0] = found.filter(|_| stated[joint].is_none())?;
+            Some(effect)
+        })
+        .collect()
     }
 
     /// The same model, judged by other logs, in no hurry.

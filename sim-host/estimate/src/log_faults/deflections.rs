@@ -60,7 +60,9 @@ fn deflected(row: &LogRow, robot: &Robot<f64>) -> Option<Deflected> {
 impl Deflections {
     /// `None` where the log does not tell.
     pub(crate) fn of(log: &Log, rows: &[LogRow], robot: &Robot<f64>) -> Option<Self> {
-        log.samples.force.as_ref()?;
+        if log.samples.force.is_none() || log.samples.unmeasured_force.contains(&true) {
+            return None;
+        }
         let deflected_at = |row: &LogRow| Some((row.encoder, deflected(row, robot)?));
         let mut loaded: Vec<_> = rows.iter().filter_map(deflected_at).collect();
         let weld = log.kind == LogKind::Weld;

@@ -4,13 +4,13 @@
 use super::payload::payload;
 use super::pose::{column, coupled, exchanged};
 use super::reading::WHOLE_SLOPE_TOLERANCE;
-use super::relation::{FACTOR, FOLLOWS, ProductSums, RELATION_ROWS_MIN};
+use super::relation::{FACTOR, FOLLOWS, ProductSums, RELATION_ROWS_MIN, regression};
 use super::rows::{LogRow, TorqueParts};
 use super::wrench::{self, UNDONE_ERROR_SHARE_MAX};
 use super::{MisfitEvidence, Mistake, MistakeKind, spindle};
 use crate::AUTOCORRELATION_INFLATION;
 use crate::predict::BaselineModel;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 use trueweld_core::{JOINTS, JointVector, Robot};
 use trueweld_logs::HALF_95;
 use trueweld_logs::channel::LogChannel;
@@ -63,11 +63,18 @@ fn torques(logs: &[Log], rows: &[Vec<LogRow>], robot: &Robot<f64>) -> Vec<Mistak
         ProductSums::of(from.iter().zip(&moved).map(|(x, row)| (x[i], row.torque[j])))
     };
     let own: Vec<ProductSums> = (0..JOINTS).map(|i| sums(&plain, i, i)).collect();
+    // A factor that was found says nothing of the file.
+    let open = |i: usize| with.iter().any(|k| logs[*k].origin.currents[i].is_some());
     let loud = |i: usize| {
-        own[i].count >= RELATION_ROWS_MIN
+        !open(i)
+            && own[i].count >= RELATION_ROWS_MIN
             && own[i].size() > TELLING_TORQUE_SHARE_MIN * robot.parameters().joints[i].max_torque
     };
-    let mut found = encoders(logs, &with, &predicted, &sums, &own, &in_logs, &Coupling::all(robot));
+    let left = |all: &[JointVector<f64>], i: usize| {
+        let of = sums(all, i, i);
+        of.left(if open(i) { of.slope() } else { 1.0 })
+    };
+    let mut found = encoders(logs, &with, &predicted, &left, &own, &in_logs, &Coupling::all(robot));
     if !found.is_empty() {
         return found;
     }
@@ -102,6 +109,9 @@ fn torques(logs: &[Log], rows: &[Vec<LogRow>], robot: &Robot<f64>) -> Vec<Mistak
     }
     // By what it takes to move the joint, which nothing else in a cell does; or all in all.
     let scale = |i: usize| {
+        if open(i) {
+            return None;
+        }
         let follows = loud(i) && own[i].correlation().abs() > FOLLOWS;
         let moving = drive_scale(&parts, &moved, i, i);
         moving.or(follows.then(|| [own[i].slope(), own[i].slope_deviation()]))
@@ -171,7 +181,7 @@ fn torques(logs: &[Log], rows: &[Vec<LogRow>], robot: &Robot<f64>) -> Vec<Mistak
 }
 
 /// Standard deviations at which a scale stands out.
-const CLEAR: f64 = 8.0;
+pub(super) const CLEAR: f64 = 8.0;
 
 /// Joints at which a motion read backwards is seen.
 const BACKWARDS: usize = 2;
@@ -209,26 +219,11 @@ fn drive_scales(
     i: usize,
     j: usize,
 ) -> Option<[(f64, f64); 2]> {
-    let mut normal = SMatrix::<f64, 4, 4>::zeros();
-    let mut right = SVector::<f64, 4>::zeros();
-    let (mut squares, mut count) = (0.0, 0usize);
-    for (part, row) in parts.iter().zip(rows) {
-        let y = row.torque[j];
-        if y.is_finite() {
-            let x = SVector::from([1.0, part.held[i], part.friction[i], part.inertia[i]]);
-            normal += x * x.transpose();
-            right += x * y;
-            squares += y * y;
-            count += 1;
-        }
-    }
-    let least = 1e-9 * normal.trace();
-    (0..4).for_each(|k| normal[(k, k)] += least);
-    let inverse = normal.try_inverse()?;
-    let found = inverse * right;
-    let variance = (squares - found.dot(&right)).max(0.0)
-        / count.checked_sub(RELATION_ROWS_MIN)?.max(1) as f64;
-    Some([2, 3].map(|k| (found[k], 1.0 / (variance * inverse[(k, k)]).max(1e-30))))
+    let regressors = |(part, row): (&TorqueParts, &&LogRow)| {
+        (SVector::from([1.0, part.held[i], part.friction[i], part.inertia[i]]), row.torque[j])
+    };
+    let (found, covariance) = regression(parts.iter().zip(rows).map(regressors))?;
+    Some([2, 3].map(|k| (found[k], 1.0 / covariance[(k, k)].max(1e-30))))
 }
 
 /// What is measured at joint `j` per what moves joint `i`, where that stands out, and its deviation.
@@ -244,8 +239,8 @@ fn drive_scale(parts: &[TorqueParts], rows: &[&LogRow], i: usize, j: usize) -> O
 type PredictedTorques<'a> =
     dyn Fn(&dyn Fn(&JointVector<f64>) -> JointVector<f64>) -> Vec<JointVector<f64>> + 'a;
 
-/// Products of predicted and recorded torques, of a predicted and of a recorded joint.
-type Products<'a> = dyn Fn(&[JointVector<f64>], usize, usize) -> ProductSums + 'a;
+/// Squares of a joint's recorded torques that predicted ones leave.
+type SquaresLeft<'a> = dyn Fn(&[JointVector<f64>], usize) -> f64 + 'a;
 
 /// Encoders that count the other way, from the horizontal, or stand in each other's place, where no
 /// tracker says so: all torques then follow better.
@@ -253,7 +248,7 @@ fn encoders(
     logs: &[Log],
     with: &[usize],
     predicted: &PredictedTorques<'_>,
-    sums: &Products<'_>,
+    left: &SquaresLeft<'_>,
     own: &[ProductSums],
     in_logs: &[String],
     couplings: &[Coupling],
@@ -264,7 +259,7 @@ fn encoders(
     // Every joint by its own size, so that the wrist counts as much as the base.
     let share = |all: &[JointVector<f64>]| {
         let each = (0..JOINTS).filter(|i| own[*i].count > 0);
-        each.map(|i| (sums(all, i, i).left(1.0) / own[i].yy.max(1e-9)).min(4.0)).sum::<f64>()
+        each.map(|i| (left(all, i) / own[i].yy.max(1e-9)).min(4.0)).sum::<f64>()
     };
     let before = share(&predicted(&|v| *v));
     let (encoder, channel) = (LogChannel::Encoder, LogChannel::MotorTorque);

@@ -7,6 +7,7 @@
 //! explains the residual is named, with the line that undoes it. A tracker that stands anywhere is no
 //! mistake: its frame is found and taken out ([`Registered`]).
 
+mod current;
 mod deflections;
 mod line;
 mod load;
@@ -25,7 +26,7 @@ mod write;
 use crate::predict::{BaselineModel, period};
 use nalgebra::Vector3;
 use rows::LogRow;
-use trueweld_core::Pose;
+use trueweld_core::{JOINTS, Pose};
 use trueweld_logs::channel::LogChannel;
 use trueweld_logs::log::{ColumnMapping, Log, LogKind};
 use trueweld_logs::register::{self, PosePair, Registration};
@@ -210,6 +211,14 @@ pub fn find(logs: &mut [Log], model: &BaselineModel) -> Result<Found, InputError
     Ok(found)
 }
 
+/// Turns currents whose factors are not stated into torque, of logs that are compared without a model:
+/// by their own robot.
+pub fn scale_currents(logs: &mut [Log]) {
+    let Some(robot) = logs.first().map(|log| log.robot.robot.clone()) else { return };
+    let rows: Vec<Vec<LogRow>> = logs.iter().map(LogRow::of).collect();
+    current::scale(logs, &rows, &robot, &[None; JOINTS]);
+}
+
 fn found(logs: &mut [Log], model: &BaselineModel) -> Result<Found, InputError> {
     let mut found = Found::default();
     found.mistakes.extend(time_units(logs));
@@ -237,6 +246,9 @@ fn found(logs: &mut [Log], model: &BaselineModel) -> Result<Found, InputError> {
     if found.mistakes.is_empty() {
         // With the trackers where they belong.
         if !found.registered.is_empty() {
+            rows = logs.iter().map(LogRow::of).collect();
+        }
+        if current::scale(logs, &rows, &model.robot, &model.torque_constants) {
             rows = logs.iter().map(LogRow::of).collect();
         }
         found.mistakes.extend(second::find(logs));

@@ -1,4 +1,6 @@
-//! A relation of two series: what is measured per what is expected.
+//! A relation of series: what is measured per what is expected.
+
+use nalgebra::{SMatrix, SVector};
 
 /// Rows that a relation of two series rests on, at least.
 pub(super) const RELATION_ROWS_MIN: usize = 12;
@@ -54,4 +56,27 @@ impl ProductSums {
     pub(crate) fn size(&self) -> f64 {
         self.root(self.xx.max(self.yy))
     }
+}
+
+/// Least squares of y on regressors x: the coefficients with their covariance, of independent errors.
+/// `None` for too few rows.
+pub(super) fn regression<const N: usize>(
+    pairs: impl Iterator<Item = (SVector<f64, N>, f64)>,
+) -> Option<(SVector<f64, N>, SMatrix<f64, N, N>)> {
+    let mut normal = SMatrix::<f64, N, N>::zeros();
+    let mut right = SVector::<f64, N>::zeros();
+    let (mut squares, mut count) = (0.0, 0usize);
+    for (x, y) in pairs.filter(|(_, y)| y.is_finite()) {
+        normal += x * x.transpose();
+        right += x * y;
+        squares += y * y;
+        count += 1;
+    }
+    let least = 1e-9 * normal.trace();
+    (0..N).for_each(|k| normal[(k, k)] += least);
+    let inverse = normal.try_inverse()?;
+    let found = inverse * right;
+    let variance = (squares - found.dot(&right)).max(0.0)
+        / count.checked_sub(RELATION_ROWS_MIN)?.max(1) as f64;
+    Some((found, inverse * variance))
 }

@@ -110,7 +110,10 @@ struct Across {
 impl Across {
     /// Of the later half of the rows that pressed; `None` where no force was recorded.
     fn of(log: &Log, rows: &[LogRow], robot: &Robot<f64>, process: &Process) -> Option<Self> {
-        log.samples.force.as_ref()?;
+        let [_, across, _] = log.samples.unmeasured_force;
+        if log.samples.force.is_none() || across {
+            return None;
+        }
         let weld = log.weld.as_ref().filter(|weld| weld.force > 0.0)?;
         let seam = Seam::of(weld);
         // Path and channel behind the tool, m.

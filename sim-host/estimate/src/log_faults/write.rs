@@ -53,6 +53,7 @@ fn of_log(change: &ColumnChange, entries: &[ColumnMapping]) -> Vec<ColumnMapping
             column: to,
             unit: unit_named(change.unit).map_or("1", |unit| unit.name),
             factor: 1.0,
+            open: false,
             offset: 0.0,
             plus: change.plus.into_iter().collect(),
         };
@@ -92,6 +93,7 @@ fn composed(change: &ColumnChange, entry: &ColumnMapping, column: usize) -> Colu
         column,
         plus,
         unit: unit.map_or(entry.unit, |unit| unit.name),
+        open: entry.open,
         factor: rounded(scale * entry.factor / held),
         offset: rounded((scale * entry.offset + size(new) * change.offset) / held),
     }

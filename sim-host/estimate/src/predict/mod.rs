@@ -40,7 +40,7 @@ use trueweld_core::{JOINTS, JointVector, Pose, Robot};
 use trueweld_logs::channel::LogChannel;
 use trueweld_logs::log::{Log, LogKind};
 use trueweld_logs::noise::{NoiseLevel, NoiseLevels};
-use trueweld_plant::effects::{Effect, EffectError};
+use trueweld_plant::effects::{CalibrationScope, Effect, EffectError, EffectKind, Location};
 use trueweld_plant::input::{Accuracy, ModelFile, Process};
 use trueweld_plant::integrate::TooFast;
 use trueweld_plant::robot::{Channel, ElasticRobot, INTERNAL_STATES, Memory, mount};
@@ -57,6 +57,12 @@ pub struct BaselineModel {
     pub process: Option<Process>,
     /// How exact predictions need be, where a log's campaign says nothing of it.
     pub accuracy: Accuracy,
+    /// Torque of one unit of a joint's recorded current, N·m, where the model states it.
+    pub torque_constants: [Option<f64>; JOINTS],
+    /// Joints whose drives are stated to be rigid.
+    pub rigid: [bool; JOINTS],
+    /// Joints whose rotor inertia is stated to be unknown.
+    pub unknown_rotor: [bool; JOINTS],
 }
 
 /// The baseline that a model file stands on.
@@ -65,7 +71,19 @@ pub fn baseline(model: &ModelFile) -> BaselineModel {
         robot: model.robot.robot.clone(),
         process: model.process.clone(),
         accuracy: model.accuracy,
+        rigid: model.robot.rigid,
+        unknown_rotor: model.robot.unknown_rotor,
+        torque_constants: std::array::from_fn(|joint| {
+            let stated = model.effects.iter().map(|stated| &stated.effect);
+            let mut own = stated.filter(|effect| effect.at == Location::Joint(joint));
+            own.find(|effect| is_open_factor(effect.kind)).map(|effect| effect.values[0])
+        }),
     }
+}
+
+/// True for a calibration of a factor that no file states.
+pub fn is_open_factor(kind: &EffectKind) -> bool {
+    kind.calibration.is_some_and(|calibration| calibration.scope == CalibrationScope::OpenFactor)
 }
 
 /// What the links did, as far as the model says: reused where a change of the model does not move
@@ -139,12 +157,12 @@ pub enum PredictError {
     #[error(transparent)]
     Effect(#[from] EffectError),
     /// The model's links move too fast to be followed.
-    #[error("{log}: {source}")]
+    #[error("{log}: {what}")]
     TooFast {
         /// The log.
         log: String,
         /// The joint, and how fast.
-        source: TooFast,
+        what: String,
     },
     /// The model's motion left the finite numbers.
     #[error("{log}: driven by this log the model leaves the finite numbers")]
@@ -178,6 +196,10 @@ pub struct PreparedLog {
     target: Option<Vector3<f64>>,
     /// True where the tracker's frame was fitted to such logs as this one.
     pub registered: bool,
+    /// Names of the joints.
+    joint_names: [String; JOINTS],
+    /// Torque of one unit of a current whose factor is not stated, as it was found, N·m.
+    pub(crate) factors: [Option<f64>; JOINTS],
     /// True where a measured force drives the prediction or is compared.
     force: bool,
     /// The spindle's line for which forces are not compared.
@@ -255,6 +277,8 @@ impl PreparedLog {
             contact,
             target: log.origin.target,
             registered: log.origin.is_registered(),
+            joint_names: log.robot.joint_names.clone(),
+            factors: log.origin.currents.map(|current| current?.factor),
             force,
             folded,
             clock,
@@ -414,7 +438,8 @@ impl PreparedLog {
             (Some(standing), _) => Ok(Some(standing.motion(robot, memory, before)?)),
             (None, Some(moving)) => {
                 let log = || self.name.clone();
-                let too_fast = |source| PredictError::TooFast { log: log(), source };
+                let told = |mode: TooFast| mode.told(&self.joint_names[mode.0.joint]);
+                let too_fast = |mode| PredictError::TooFast { log: log(), what: told(mode) };
                 let diverged = |_| PredictError::Diverged { log: log() };
                 let substeps = moving.substeps(robot).map_err(too_fast)?;
                 let motion = moving.motion(robot, memory, swing, before, substeps);

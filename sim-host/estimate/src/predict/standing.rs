@@ -146,7 +146,7 @@ impl StaticPrediction {
         Ok(Some(standing))
     }
 
-    /// The pose of a weld; `None` without a wrench to load the links.
+    /// The pose of a weld; `None` without a whole force to load the links.
     pub(super) fn of_weld(
         log: &Log,
         noise: &NoiseLevels,
@@ -155,7 +155,7 @@ impl StaticPrediction {
     ) -> Result<Option<Self>, PredictError> {
         let s = &log.samples;
         let n = s.time.len();
-        if filled_vectors(&s.force).is_none() {
+        if filled_vectors(&s.force).is_none() || s.unmeasured_force.contains(&true) {
             return Ok(None);
         }
         let [force, moment] = wrench_columns(log);

@@ -109,6 +109,8 @@ pub struct ColumnMapping {
     pub unit: &'static str,
     /// Multiplies the number that was read.
     pub factor: f64,
+    /// True of a torque in a unit of the drive whose factor is not stated: it is fitted.
+    pub open: bool,
     /// Is added, in the unit.
     pub offset: f64,
     /// Columns of other channels that are added, and how many times: an axis that is counted from
@@ -130,7 +132,8 @@ impl ColumnMapping {
             self.channel(),
             self.unit
         );
-        if self.factor != 1.0 {
+        let raw = unit_named(self.unit).is_some_and(|unit| unit.dimension.is_none());
+        if self.factor != 1.0 || (raw && !self.open) {
             line += &format!(", factor = {:?}", self.factor);
         }
         if self.offset != 0.0 {
@@ -176,7 +179,8 @@ impl ColumnMapping {
             let expected = format!("a unit of {name}, which is held in {}", of.unit());
             return Err(table.wrong("unit", &expected, format!("Write one of {}.", names_of(of))));
         };
-        if unit.dimension.is_none() && !table.has("factor") {
+        let open = unit.dimension.is_none() && !table.has("factor");
+        if open && !LogChannel::MotorTorque.columns().contains(&column) {
             let expected = format!("a unit of {name}, or one with a `factor`");
             let help =
                 format!("Add factor = …: {} per {}, seen at the joint.", of.unit(), unit.name);
@@ -195,7 +199,7 @@ impl ColumnMapping {
             true => added_channels(&table.table("plus")?, column)?,
             false => Vec::new(),
         };
-        Ok(Self { header: header.to_owned(), column, unit: unit.name, factor, offset, plus })
+        Ok(Self { header: header.to_owned(), column, unit: unit.name, factor, open, offset, plus })
     }
 }
 
@@ -519,10 +523,13 @@ impl LogHeader {
         for columns in LOG_CHANNELS.iter().filter(|c| c.together).map(|c| c.id.columns()) {
             let there = columns.clone().find(|column| self.has(*column));
             let missing = columns.clone().find(|column| !self.has(*column));
+            let in_part = kind != LogKind::StaticLoad && columns == LogChannel::Force.columns();
+            if in_part && (kind != LogKind::Weld || self.has(DEPTH_FORCE)) {
+                continue;
+            }
             if let (Some(there), Some(missing)) = (there, missing) {
-                let of_weld = kind == LogKind::Weld && columns == LogChannel::Force.columns();
-                let (message, help) = if of_weld {
-                    let (message, help) = force_in_part(columns.filter(|c| !self.has(*c)));
+                let (message, help) = if in_part {
+                    let (message, help) = without_depth_force(columns.filter(|c| self.has(*c)));
                     (message, help.to_owned())
                 } else {
                     let [there, missing] = [there, missing].map(column_name);
@@ -562,15 +569,20 @@ pub(super) fn predicted(kind: LogKind) -> Vec<usize> {
         .collect()
 }
 
-/// Why a weld's force is of no use where columns of it were not measured.
-pub(super) fn force_in_part(missing: impl Iterator<Item = usize>) -> (String, &'static str) {
+/// Column of the force along the tool.
+pub(super) const DEPTH_FORCE: usize = LogChannel::Force.columns().end - 1;
+
+/// Why a weld's force is of no use where the depth force was not measured.
+pub(super) fn without_depth_force(
+    measured: impl IntoIterator<Item = usize>,
+) -> (String, &'static str) {
     let message = format!(
-        "of the weld's force {} were not measured; expected all of {}: the whole force bends the arm, and all of it is compared",
-        named(missing),
-        named(LogChannel::Force.columns())
+        "of the weld's force {} alone was measured; expected `{}`, with the others or alone: the forces in the plane go with it",
+        named(measured),
+        column_name(DEPTH_FORCE)
     );
-    let help = "Neither zeros nor empty fields stand for a force that nobody measured, and without the whole force a weld is not \
-                compared. Record it with a sensor for the force in the plane as well, or compare other logs of this cell.";
+    let help = "Neither zeros nor empty fields stand for a force that nobody measured. Leave the force out, or record the force \
+                along the tool.";
     (message, help)
 }
 

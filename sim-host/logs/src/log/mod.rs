@@ -60,13 +60,13 @@ pub use coupling::Coupling;
 pub use files::SAMPLES_FILE;
 pub use join::LogClock;
 pub use noise::{NoiseLevel, NoiseLevels};
-pub use notice::LogNotice;
+pub use notice::{FoundFactor, LogNotice};
 pub use samples::{Payload, Samples};
 
 use super::channel::LogChannel;
 pub use super::kind::LogKind;
 use crate::register::Mounting;
-use columns::{Bound, LogHeader};
+use columns::{Bound, LogHeader, TIME_COLUMN};
 use files::ReadingPlan;
 use join::{Join, JoinedFiles};
 use nalgebra::Vector3;
@@ -76,7 +76,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use track::{Expected, FileTrack};
 use trueweld_core::spatial::rotation_from_vector;
-use trueweld_core::{Pose, Robot};
+use trueweld_core::{JOINTS, Pose, Robot};
 use trueweld_plant::input::{
     Accuracy, Bounds, FileKind, InputError, InputFile, Process, RobotFile, Source, TomlDocument,
     TomlTable, Weld, nearest, read_text,
@@ -135,10 +135,22 @@ pub struct LogOrigin {
     /// How the force sensor sits, where `log.toml` says so: its axes, and the point that its moment is
     /// about, in T, m.
     pub wrench: Option<Pose<f64>>,
+    /// Motor torques in a unit of the drive whose factor is not stated, by joint.
+    pub currents: [Option<MotorCurrent>; JOINTS],
     /// Where the tracker stands, where `log.toml` says so or it was found.
     mounting: Option<Mounting>,
     /// What stands on clocks that were fitted.
     later: Arc<Vec<FileTrack>>,
+}
+
+/// Motor torques of a joint in a unit of the drive whose factor is not stated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotorCurrent {
+    /// The unit.
+    pub unit: &'static str,
+    /// The torque at the joint, N·m, of one unit, by which the samples were multiplied; `None` before
+    /// it was found: they are in the unit then.
+    pub factor: Option<f64>,
 }
 
 impl LogOrigin {
@@ -237,8 +249,11 @@ impl Log {
         let leads = leader(&bounds);
         let mut header = LogHeader::of(&bounds);
         let plain = plan.columns.is_empty();
-        // A plain log has a time; what instruments write may go by its period.
-        if !plain && period.is_some() && bounds.len() == 1 {
+        // A plain log has a time; what instruments write may go by its period, all files row by row.
+        let timed = |bound: &Bound| bound.bindings.iter().any(|b| b.column == TIME_COLUMN);
+        let own_clock = plan.files.iter().all(|entry| entry.clock.is_none());
+        let by_rows = !plain && period.is_some() && own_clock && !bounds.iter().any(timed);
+        if by_rows {
             header.count_rows();
         }
         if plain {
@@ -259,14 +274,26 @@ impl Log {
         let mut tracks = Vec::with_capacity(opened.len());
         let mut implausible = None;
         let mut sketches = Vec::with_capacity(opened.len());
+        let mut row_counts = Vec::with_capacity(opened.len());
         let mut last: Option<Box<dyn RowSource + '_>> = None;
         for (k, mut rows) in opened.into_iter().enumerate() {
-            let period = period.filter(|_| k == leads);
+            let period = period.filter(|_| k == leads || by_rows);
             let entry = &plan.files[k];
             let expected = Expected { kind, robot: &robot, period };
             let clock = entry.clock.clone();
             let mut track =
                 expected.read(rows.as_mut(), &bounds[k], clock, &mut implausible, &mut notices)?;
+            row_counts.push(track.columns[TIME_COLUMN].as_ref().map_or(0, Vec::len));
+            if let Some(other) = row_counts.iter().find(|count| by_rows && **count != row_counts[k])
+            {
+                let message = format!(
+                    "holds {} rows, another file of the log {other}; expected as many in each: none has a time",
+                    row_counts[k]
+                );
+                let help =
+                    "Files without a time go row by row. Cut them alike, or map the time of each.";
+                return Err(rows.error_of_file(message, help));
+            }
             sketches.push(computed::sketch(&track));
             let slower = slow_channels::split_slow_channels(&mut track, kind, &mut notices);
             tracks.push(track);
@@ -292,6 +319,17 @@ impl Log {
             .map_err(|(message, help)| file_error(message, help))?;
         if let Some((message, help)) = plausible::refused(&columns, kind, &robot) {
             return Err(file_error(message, help));
+        }
+        let force = LogChannel::Force.columns();
+        let has = |column: usize| columns.values[column].is_some();
+        if let Some(sensor) = wrench.filter(|_| force.clone().any(has) && !force.clone().all(has)) {
+            let turned = sensor.rotation != nalgebra::Matrix3::identity();
+            if turned || LogChannel::Moment.columns().any(has) {
+                let message =
+                    "stands with a force of which a part was not measured; expected all of it";
+                let help = "A sensor that is turned, or sits beside the tool, reads all components of a force in each.";
+                return Err(root.table("wrench")?.error(message, help));
+            }
         }
         // A thinned log has a longer period than is stated.
         let now = super::resample::median_step(&columns.time);
@@ -322,7 +360,15 @@ impl Log {
             samples: Samples::default(),
             notices,
             source: Source::new(&file, text),
-            origin: LogOrigin { columns: columns_of, clocks, target, wrench, mounting, later },
+            origin: LogOrigin {
+                currents: currents(&columns_of),
+                columns: columns_of,
+                clocks,
+                target,
+                wrench,
+                mounting,
+                later,
+            },
             implausible,
         };
         let count = pieces.len();
@@ -359,6 +405,18 @@ impl Log {
         self.samples.register(found, robot);
         let known = self.origin.mounting.unwrap_or(Mounting::none());
         self.origin.mounting = Some(known * *found);
+    }
+
+    /// Turns what a joint's drive recorded, whose factor was not stated, into torque: `factor` N·m are
+    /// one unit of it. With `None` no factor could be found, and it is left out.
+    pub fn scale_current(&mut self, joint: usize, factor: Option<f64>) {
+        let Some(current) = &mut self.origin.currents[joint] else { return };
+        current.factor = factor;
+        let torque = &mut self.samples.motor_torque[joint];
+        match factor {
+            Some(factor) => torque.iter_mut().flatten().for_each(|torque| *torque *= factor),
+            None => *torque = None,
+        }
     }
 
     /// Fits the clocks of instruments that were not given once more: to the motion that a model
@@ -410,6 +468,15 @@ pub fn longest(pieces: Vec<Log>) -> Log {
     let mut log = longest.expect("a log has a piece");
     log.notices = notices;
     log
+}
+
+/// Motor torques whose factor no entry states, by joint.
+fn currents(columns: &[ColumnMapping]) -> [Option<MotorCurrent>; JOINTS] {
+    let first = LogChannel::MotorTorque.columns().start;
+    std::array::from_fn(|joint| {
+        let own = columns.iter().find(|entry| entry.open && entry.column == first + joint)?;
+        Some(MotorCurrent { unit: own.unit, factor: None })
+    })
 }
 
 /// Name of a piece of a log; the log's own where it is whole.

@@ -4,6 +4,20 @@ use crate::channel::LogChannel;
 use crate::kind::LogKind;
 use nalgebra::Vector3;
 
+/// A factor of a motor torque, where no file states it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FoundFactor {
+    /// The column.
+    pub column: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Torque of one unit, N·m.
+    pub factor: f64,
+    /// 95 % half-width by what the model's masses and friction need, N·m; `None` where the model
+    /// states the factor.
+    pub interval: Option<f64>,
+}
+
 /// What was noticed when a log was read.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LogNotice {
@@ -18,6 +32,8 @@ pub enum LogNotice {
     },
     /// These columns have no value in any row and are read as absent.
     EmptyColumns(Vec<&'static str>),
+    /// Of a weld's force these columns alone were measured.
+    ForceInPart(Vec<&'static str>),
     /// A clock was fitted to the motion that both instruments saw.
     ClockFitted {
         /// Its name.
@@ -38,6 +54,15 @@ pub enum LogNotice {
         columns: Vec<&'static str>,
         /// Rows that a reading stands for, on average.
         every: f64,
+    },
+    /// Motor torques in a unit whose factor is not stated, read with a factor that was found.
+    FactorsFound(Vec<FoundFactor>),
+    /// A motor torque in a unit whose factor is not stated, and does not show: left out.
+    FactorUnknown {
+        /// The column.
+        column: &'static str,
+        /// Its unit.
+        unit: &'static str,
     },
     /// Rows were thinned to a longer period; nothing faster is compared, and the noise is that of
     /// the thinned rows.

@@ -1,6 +1,6 @@
 //! The rows of a log: a vector a channel.
 
-use super::columns::{LogHeader, force_in_part, named, predicted};
+use super::columns::{DEPTH_FORCE, LogHeader, named, predicted, without_depth_force};
 use super::notice::LogNotice;
 use crate::channel::{COUNT, LogChannel, column_name};
 use crate::kind::LogKind;
@@ -35,6 +35,8 @@ pub struct Samples {
     pub motor_torque: [Option<Vec<f64>>; JOINTS],
     /// Force that the environment applies to the tool, in T, N.
     pub force: Option<Vec<Vector3<f64>>>,
+    /// Components of the force that nobody measured: zero in every row.
+    pub unmeasured_force: [bool; 3],
     /// Moment that the environment applies to the tool, at the tool centre point, in T, N·m.
     pub moment: Option<Vec<Vector3<f64>>>,
     /// Tool centre point in B, by the tracker, m.
@@ -105,6 +107,14 @@ impl Samples {
                 *series = take(columns, channel.columns().start + i).or(series.take());
             }
         }
+        let force = LogChannel::Force.columns();
+        let rows = force.clone().find_map(|column| columns.values[column].as_ref().map(Vec::len));
+        if let Some(rows) = rows {
+            for (unmeasured, column) in self.unmeasured_force.iter_mut().zip(force) {
+                *unmeasured = columns.values[column].is_none();
+                columns.values[column].get_or_insert_with(|| vec![0.0; rows]);
+            }
+        }
         for (series, channel) in [
             (&mut self.force, LogChannel::Force),
             (&mut self.moment, LogChannel::Moment),
@@ -165,9 +175,6 @@ impl ColumnBuffer {
         header: &LogHeader,
         notices: &mut Vec<LogNotice>,
     ) -> Result<(), (String, &'static str)> {
-        let any = |column: usize| {
-            self.values[column].as_ref().is_some_and(|c| c.iter().any(|v| !v.is_nan()))
-        };
         let is_measured = |column: &usize| {
             let series = self.values[*column].as_ref();
             series.is_some_and(|series| series.iter().any(|v| !v.is_nan() && *v != 0.0))
@@ -175,8 +182,15 @@ impl ColumnBuffer {
         let (measured, missing): (Vec<usize>, Vec<usize>) =
             LogChannel::Force.columns().partition(is_measured);
         if kind == LogKind::Weld && !measured.is_empty() && !missing.is_empty() {
-            return Err(force_in_part(missing.into_iter()));
+            if !measured.contains(&DEPTH_FORCE) {
+                return Err(without_depth_force(measured));
+            }
+            missing.iter().for_each(|column| self.values[*column] = None);
+            notices.push(LogNotice::ForceInPart(measured.into_iter().map(column_name).collect()));
         }
+        let any = |column: usize| {
+            self.values[column].as_ref().is_some_and(|c| c.iter().any(|v| !v.is_nan()))
+        };
         let group = |column: usize| {
             let (channel, _) = LogChannel::of(column);
             if channel.together { channel.id.columns() } else { column..column + 1 }

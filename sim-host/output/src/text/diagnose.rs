@@ -11,6 +11,7 @@ use trueweld_diagnose::{
     Candidate, Confusable, Diagnosis, DiagnosisVerdict, EffectLimit, ExplanationReason,
     FittedEffect, Incomplete, Mountings,
 };
+use trueweld_estimate::predict::is_open_factor;
 use trueweld_estimate::residuals::compare::{LogComparison, NOISE_FLOOR_SCORE};
 use trueweld_estimate::residuals::error::ChannelError;
 use trueweld_estimate::residuals::localize::{Finding, foremost};
@@ -43,6 +44,14 @@ pub(crate) fn value(found: &FittedEffect, k: usize) -> String {
 /// Every value of a found effect with its name; of a table between what its values are.
 pub(crate) fn values(found: &FittedEffect) -> Vec<(String, String)> {
     let kind = found.effect.kind;
+    if let ([factor, off], true) = (found.effect.values.as_slice(), is_open_factor(kind)) {
+        let whole = |off: f64| factor * (1.0 + off);
+        let mut told = found.clone();
+        told.effect.values[0] = whole(*off);
+        let [low, high] = found.interval[1].map(whole);
+        told.interval[0] = [low.min(high), low.max(high)];
+        return vec![(spoken(&kind.parameters[0]), value(&told, 0))];
+    }
     let named = match kind.action {
         Action::Expression(own) => own.definition.named().len(),
         _ => kind.parameters.len(),

@@ -294,7 +294,7 @@ fn line(column: &ProposedColumn, proposal: &Proposal, path: &str, accepted: bool
     let mut line = format!("{header:?} = {{ channel = \"{channel}\", unit = \"{unit}\"");
     let raw = unit_named(mapping.unit).is_some_and(|u| u.dimension.is_none());
     let held = dimension(mapping.column).unit();
-    if column.doubts.contains(&Doubt::Factor) || raw {
+    if column.doubts.contains(&Doubt::Factor) || (raw && !mapping.open) {
         line += &format!(", factor = \"{FILL_IN}: {held} per {}, at the joint\"", mapping.unit);
     } else if !accepted && column.doubts.contains(&Doubt::Sign) {
         line += &format!(", factor = \"{FILL_IN}: 1.0 or -1.0?\"");
@@ -303,6 +303,9 @@ fn line(column: &ProposedColumn, proposal: &Proposal, path: &str, accepted: bool
     }
     line += &mapping.sum();
     let doubts = doubts(column);
-    let remark = if doubts.is_empty() { bases(column) } else { format!("not sure of {doubts}") };
+    let fitted =
+        if mapping.open { "; its factor is fitted, state it where it is known" } else { "" };
+    let remark =
+        if doubts.is_empty() { bases(column) + fitted } else { format!("not sure of {doubts}") };
     format!("{line} }}    # {remark}\n")
 }

@@ -1,8 +1,8 @@
 //! What is said of a log although nothing is wrong with it.
 
-use super::{Scale, counted, listed};
+use super::{Scale, counted, digits, listed};
 use std::fmt::Display;
-use trueweld_logs::log::LogNotice;
+use trueweld_logs::log::{FoundFactor, LogNotice};
 
 /// A file of a hundred columns need not be listed.
 const LISTED_COLUMNS_MAX: usize = 12;
@@ -24,6 +24,11 @@ pub fn notice(notice: &LogNotice) -> String {
         LogNotice::EmptyColumns(columns) => {
             format!("columns without any value, read as absent: {}", named(columns))
         }
+        LogNotice::ForceInPart(columns) => format!(
+            "of the weld's force {} alone was measured, and is compared; the tool's pose is not, since the \
+             whole force bends the arm",
+            named(columns)
+        ),
         LogNotice::ClockFitted { clock, offset, drift, left } => {
             let strange = left.map(|left| {
                 format!(
@@ -49,6 +54,28 @@ pub fn notice(notice: &LogNotice) -> String {
         LogNotice::Held { columns, every } => format!(
             "{} hold each reading for {every:.1} rows: what repeats it is not compared",
             named(columns)
+        ),
+        LogNotice::FactorsFound(found) => {
+            let one = |f: &FoundFactor| {
+                let interval = f.interval.map(|half| format!(" ± {}", digits(half, 2)));
+                format!(
+                    "{}{} N·m per {} of `{}`",
+                    digits(f.factor, 4),
+                    interval.unwrap_or_default(),
+                    f.unit,
+                    f.column
+                )
+            };
+            let by = match found.iter().any(|factor| factor.interval.is_some()) {
+                true => "by what the model's masses and friction need",
+                false => "as the model's `torque-constant` has it",
+            };
+            let found: Vec<String> = found.iter().map(one).collect();
+            format!("factors that no file states, {by}: {}", listed(&found, "and"))
+        }
+        LogNotice::FactorUnknown { column, unit } => format!(
+            "`{column}` is in {unit} without a factor, and does not follow the model's torque: left \
+             out; state its factor, or move this joint more"
         ),
         LogNotice::Thinned { rows, from, to } => format!(
             "{rows} rows every {:.3} ms are thinned to one every {:.3} ms: nothing faster is \
@@ -157,7 +184,7 @@ fn named<T: Display>(columns: impl IntoIterator<Item = T>) -> String {
 mod tests {
     use super::notice;
     use trueweld_logs::channel::LogChannel;
-    use trueweld_logs::log::{LogKind, LogNotice};
+    use trueweld_logs::log::{FoundFactor, LogKind, LogNotice};
 
     #[test]
     fn every_notice_is_one_clause() {
@@ -166,6 +193,7 @@ mod tests {
             LogNotice::UnknownColumns((0..14).map(|k| format!("c{k}\u{1b}")).collect()),
             LogNotice::StaticLoadColumns { columns: vec!["cx_m"], kind: LogKind::Weld },
             LogNotice::EmptyColumns(vec!["tm5_nm", "tm6_nm"]),
+            LogNotice::ForceInPart(vec!["fz_n"]),
             LogNotice::ClockFitted {
                 clock: "tracker".to_owned(),
                 offset: 1.25,
@@ -174,6 +202,13 @@ mod tests {
             },
             LogNotice::ReflectorsPlaced(vec![(2, [0.1, -0.2, 0.05].into())]),
             LogNotice::Held { columns: vec!["px_m", "py_m"], every: 2.5 },
+            LogNotice::FactorsFound(vec![FoundFactor {
+                column: "tm1_nm",
+                unit: "A",
+                factor: 14.87,
+                interval: Some(0.31),
+            }]),
+            LogNotice::FactorUnknown { column: "tm6_nm", unit: "A" },
             LogNotice::Thinned { rows: 2_000_000, from: 1e-3, to: 4e-3 },
             LogNotice::RowsLeftOut(3),
             LogNotice::RowsRepeated(1),

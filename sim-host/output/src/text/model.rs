@@ -43,6 +43,11 @@ fn comments(origin: &EffectOrigin, names: &str, logs: &[Log]) -> EffectComments 
         EffectOrigin::Given => {
             EffectComments { effect: "As given.".to_owned(), parameters: Vec::new() }
         }
+        EffectOrigin::FoundBefore => EffectComments {
+            effect: "As given, or by what the model's masses and friction need, before the fit."
+                .to_owned(),
+            parameters: Vec::new(),
+        },
         EffectOrigin::Fitted(found) => {
             let sort = if is_calibration(found.effect.kind) { "Calibration" } else { "Effect" };
             EffectComments {

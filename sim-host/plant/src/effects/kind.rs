@@ -125,6 +125,11 @@ pub enum CalibrationScope {
     },
     /// Each log has its own, where it has a channel of one of these instruments.
     EachLog(&'static [Channel]),
+    /// All logs, where a torque of the joint is recorded in a unit whose factor no file states. The
+    /// first value is the factor that was found beforehand, which the others correct.
+    OpenFactor,
+    /// All logs of an arm that moves, at joints whose rotor inertia the robot file does not know.
+    UnknownRotor,
 }
 
 impl Calibration {
@@ -137,7 +142,10 @@ impl Calibration {
             CalibrationScope::Postures if at == Location::Joint(JOINTS - 1) => {
                 Some(&[Channel::Tracker])
             }
-            CalibrationScope::Postures | CalibrationScope::AllLogs { .. } => None,
+            CalibrationScope::Postures
+            | CalibrationScope::AllLogs { .. }
+            | CalibrationScope::OpenFactor
+            | CalibrationScope::UnknownRotor => None,
         }
     }
 }
@@ -256,6 +264,23 @@ impl EffectKind {
         }
         let own = self.own(parameter, at, robot).map_or(0.0, f64::abs);
         [of.low.min(-own), of.high.max(own)]
+    }
+
+    /// True for an effect that is other numbers of a joint's spring and damper, or a term of its torque.
+    pub fn is_of_spring(&self, joint: usize, robot: &RobotParameters<f64>) -> bool {
+        match self.action {
+            Action::Term { port, .. } => port(joint) == Port::SpringTorque(joint),
+            Action::Robot(change) => {
+                let mut changed = robot.clone();
+                let values: Vec<f64> = self.parameters.iter().map(|p| 0.5 * p.high).collect();
+                change(&mut changed, joint, &values);
+                let drive = |of: &RobotParameters<f64>| {
+                    (of.joints[joint].stiffness, of.joints[joint].damping)
+                };
+                drive(&changed) != drive(robot)
+            }
+            _ => false,
+        }
     }
 
     /// The robot's own number that a parameter adds to; `None` where it stands alone.

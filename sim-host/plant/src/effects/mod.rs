@@ -43,12 +43,14 @@ mod parameter;
 mod payload_error;
 mod plate_waviness;
 mod process_stiffness_error;
+mod rotor_inertia_error;
 mod spindle_harmonic;
 pub mod stiffness_error;
 mod stribeck;
 pub mod table;
 mod thermal_drift;
 mod thermal_softening;
+mod torque_constant;
 mod torque_ripple;
 mod torque_scale;
 pub mod tracker_registration;
@@ -102,6 +104,8 @@ static EFFECTS: &[&EffectKind] = &[
     &force_scale::FORCE_SCALE_EFFECT,
     &gravity_direction::GRAVITY_DIRECTION_EFFECT,
     &geometry_error::GEOMETRY_ERROR_EFFECT,
+    &torque_constant::TORQUE_CONSTANT_EFFECT,
+    &rotor_inertia_error::ROTOR_INERTIA_ERROR_EFFECT,
 ];
 
 /// Effects from outside this crate.

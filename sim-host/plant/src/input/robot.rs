@@ -14,7 +14,11 @@ pub struct RobotFile {
     pub name: String,
     /// Names of the joints, from the base on.
     pub joint_names: [String; JOINTS],
-    /// What the file states, in SI units and rad.
+    /// Joints whose drives are stated to be rigid: their springs only follow from that.
+    pub rigid: [bool; JOINTS],
+    /// Joints whose rotor inertia is stated to be unknown: it is taken to match that of their links.
+    pub unknown_rotor: [bool; JOINTS],
+    /// What the file states, in SI units and rad, and what follows from that.
     pub parameters: RobotParameters<f64>,
     /// The checked model built from the parameters.
     pub robot: Robot<f64>,
@@ -82,18 +86,71 @@ impl InputFile for RobotFile {
         let friction_table = root.table("friction")?;
         let counterbalance_table = root.table("counterbalance")?;
         let tool_table = root.table("tool")?;
-        let parameters = RobotParameters {
+        let rigid = [0, 1, 2, 3, 4, 5].map(|i| says(&tables[i], "stiffness_nm_rad", RIGID));
+        let unknown_rotor =
+            [0, 1, 2, 3, 4, 5].map(|i| says(&tables[i], "rotor_inertia_kg_m2", UNKNOWN));
+        let mut parameters = RobotParameters {
             gravity,
             joints,
             friction: friction(&friction_table)?,
             counterbalance: counterbalance(&counterbalance_table)?,
             tool: tool(&tool_table)?,
         };
-        let robot = Robot::new(parameters.clone()).map_err(|error| {
-            explain(error, &parameters, root, &tables, &friction_table, &tool_table)
-        })?;
-        Ok(Self { name: robot_name, joint_names, parameters, robot })
+        let build = |parameters: &RobotParameters<f64>| {
+            Robot::new(parameters.clone()).map_err(|error| {
+                explain(error, parameters, root, &tables, &friction_table, &tool_table)
+            })
+        };
+        let mut robot = build(&parameters)?;
+        if rigid.contains(&true) || unknown_rotor.contains(&true) {
+            let inertia = felt_inertia(&robot);
+            for (i, joint) in parameters.joints.iter_mut().enumerate() {
+                if rigid[i] {
+                    joint.stiffness = inertia[i] * RIGID_RATE * RIGID_RATE;
+                    joint.damping = inertia[i] * RIGID_RATE;
+                }
+                if unknown_rotor[i] {
+                    joint.rotor_inertia = inertia[i];
+                }
+            }
+            robot = build(&parameters)?;
+        }
+        Ok(Self { name: robot_name, joint_names, rigid, unknown_rotor, parameters, robot })
     }
+}
+
+/// What a robot file says of a drive without a spring worth the name, and of a rotor whose inertia
+/// nobody stated.
+const RIGID: &str = "rigid";
+const UNKNOWN: &str = "unknown";
+
+/// Rate at which a link swings on a rigid drive by itself, rad/s: at the 8 Hz below which torques are
+/// compared it is off by (8/500)², less than any instrument.
+const RIGID_RATE: f64 = std::f64::consts::TAU * 500.0;
+
+/// True where a value is this word.
+fn says(table: &TomlTable<'_>, key: &str, word: &str) -> bool {
+    table.has(key) && table.text(key).is_ok_and(|text| text.text == word)
+}
+
+/// The inertia of links that each joint feels with the other joints free, 1/(M⁻¹)_jj, kg·m²: the
+/// least of it at postures between the limits.
+fn felt_inertia(robot: &Robot<f64>) -> [f64; JOINTS] {
+    const INERTIA_POSTURES: usize = 8;
+    let mut least = [f64::INFINITY; JOINTS];
+    for k in 0..=INERTIA_POSTURES {
+        let share = k as f64 / INERTIA_POSTURES as f64;
+        let posture = trueweld_core::JointVector::from_fn(|i, _| {
+            let [low, high] = robot.parameters().joints[i].limits;
+            low + (high - low) * share
+        });
+        if let Some(inverse) = robot.crba(&robot.frames(&posture)).try_inverse() {
+            for (j, least) in least.iter_mut().enumerate() {
+                *least = least.min(1.0 / inverse[(j, j)]);
+            }
+        }
+    }
+    least
 }
 
 fn joint(table: &TomlTable<'_>) -> Result<JointParameters<f64>, InputError> {
@@ -111,15 +168,29 @@ fn joint(table: &TomlTable<'_>) -> Result<JointParameters<f64>, InputError> {
         "com_m",
         "inertia_kg_m2",
     ])?;
+    // Placeholders, until the inertia of the links is known.
+    let is_rigid = says(table, "stiffness_nm_rad", RIGID);
+    if is_rigid && table.has("damping_nms_rad") {
+        let help = "A rigid drive has neither spring nor damper: take it out.";
+        return Err(table.wrong("damping_nms_rad", "nothing beside a rigid drive", help));
+    }
+    let [stiffness, damping] = match is_rigid {
+        true => [1.0; 2],
+        false => [table.quantity("stiffness_nm_rad")?, table.quantity("damping_nms_rad")?],
+    };
+    let rotor_inertia = match says(table, "rotor_inertia_kg_m2", UNKNOWN) {
+        true => 1.0,
+        false => table.quantity("rotor_inertia_kg_m2")?,
+    };
     Ok(JointParameters {
         origin: table.vector("origin_m")?,
         axis: table.vector("axis")?,
         limits: table.quantities("limits_deg")?.map(f64::to_radians),
         max_rate: table.quantity("max_speed_deg_s")?.to_radians(),
         max_torque: table.quantity("max_torque_nm")?,
-        stiffness: table.quantity("stiffness_nm_rad")?,
-        damping: table.quantity("damping_nms_rad")?,
-        rotor_inertia: table.quantity("rotor_inertia_kg_m2")?,
+        stiffness,
+        damping,
+        rotor_inertia,
         mass: table.quantity("mass_kg")?,
         center_of_mass: table.vector("com_m")?,
         inertia: inertia(table)?,

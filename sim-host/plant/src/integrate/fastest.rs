@@ -41,8 +41,14 @@ impl std::error::Error for TooFast {}
 
 impl std::fmt::Display for TooFast {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let FastestMode { joint, rate, damped } = self.0;
-        let joint = joint + 1;
+        f.write_str(&self.told(&format!("joint {}", self.0.joint + 1)))
+    }
+}
+
+impl TooFast {
+    /// What is too fast, and what to do; `joint`: what its joint is called.
+    pub fn told(&self, joint: &str) -> String {
+        let FastestMode { rate, damped, .. } = self.0;
         let (is, key) = if damped {
             let settles = format!(
                 "settles within {:.2} µs by its damper; {:.0} µs is the least",
@@ -57,10 +63,9 @@ impl std::fmt::Display for TooFast {
                 "stiffness_nm_rad",
             )
         };
-        write!(
-            f,
-            "joint {joint} {is} that a motion can be computed for: state the inertia of the tool and of the links behind \
-             that joint, or check its {key}"
+        format!(
+            "{joint} {is} that a motion can be computed for: state the inertia of the tool and of the links behind \
+             that joint, or check its {key}, or state `stiffness_nm_rad = \"rigid\"`"
         )
     }
 }

@@ -8,6 +8,7 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 use nalgebra::Vector3;
 use std::fs;
 use std::path::{Path, PathBuf};
+use trueweld_core::JointVector;
 use trueweld_plant::controllers::ControllerKind;
 use trueweld_plant::input::*;
 use trueweld_plant::sensors::{sensor_numbers, sensors};
@@ -301,6 +302,38 @@ fn a_missing_top_level_key_names_the_file() {
     for needle in ["dir/weld.toml", "missing key `feed_m_s` at the top level", "m/s", "expected"] {
         assert!(shown.contains(needle), "{shown}");
     }
+}
+
+#[test]
+fn a_rigid_drive_swings_far_above_any_motion_and_an_unknown_rotor_matches_its_link() {
+    let damped = ROBOT.replacen("= 13.0e6", "= \"rigid\"", 1);
+    let shown = rendered(&RobotFile::parse(&damped, "robot.toml").unwrap_err());
+    for needle in ["robot.toml:22:", "`damping_nms_rad`", "(A1)", "nothing beside a rigid drive"] {
+        assert!(shown.contains(needle), "{shown}");
+    }
+    let mut lines = ROBOT.lines().map(str::to_owned).collect::<Vec<_>>();
+    for key in ["damping_nms_rad", "stiffness_nm_rad", "rotor_inertia_kg_m2"] {
+        let last = lines.iter().rposition(|line| line.starts_with(key)).unwrap();
+        match key {
+            "damping_nms_rad" => drop(lines.remove(last)),
+            "stiffness_nm_rad" => lines[last] = "stiffness_nm_rad = \"rigid\"".to_owned(),
+            _ => lines[last] = "rotor_inertia_kg_m2 = \"unknown\"".to_owned(),
+        }
+    }
+    let robot = RobotFile::parse(&lines.join("\n"), "robot.toml").unwrap();
+    assert_eq!(robot.rigid, [false, false, false, false, false, true]);
+    assert_eq!(robot.unknown_rotor, robot.rigid);
+    let last = &robot.parameters.joints[5];
+    // The link's inertia about the last axis is the tool's and its own, wherever the arm stands.
+    let felt = last.rotor_inertia;
+    let inverse = robot.robot.crba(&robot.robot.frames(&JointVector::zeros())).try_inverse();
+    let here = 1.0 / inverse.unwrap()[(5, 5)];
+    // It depends on the posture by what the other free joints give way.
+    assert!((felt / here - 1.0).abs() < 0.05, "{felt}, {here}");
+    let rate = (last.stiffness / felt).sqrt();
+    assert!((rate / std::f64::consts::TAU - 500.0).abs() < 1e-6, "{rate}");
+    let stated = RobotFile::parse(ROBOT, "robot.toml").unwrap();
+    assert_eq!(robot.parameters.joints[..5], stated.parameters.joints[..5]);
 }
 
 #[test]

@@ -313,10 +313,13 @@ fn joints_that_mimic_others_are_held_or_axes_and_the_file_says_which() {
         <limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"#;
     let text = import_urdf_text(&URDF.replace("</robot>", fingers), "arm.urdf").unwrap();
     assert!(
-        text.contains("# Joint F1 is held at 0.5 rad: it follows A6 by a factor of -1"),
+        text.contains("# Note: Joint F1 is held at 0.5 rad: it follows A6 by a factor of -1"),
         "{text}"
     );
-    assert!(text.contains("# Joint F2 is held at 0 m: it follows F1 by a factor of 2"), "{text}");
+    assert!(
+        text.contains("# Note: Joint F2 is held at 0 m: it follows F1 by a factor of 2"),
+        "{text}"
+    );
     let last = |text: &str| RobotFile::parse(&filled(text), "a.toml").unwrap().parameters.joints[5];
     let (with, without) = (last(&text), last(&plain));
     assert!((with.mass - without.mass - 2.0).abs() < 1e-12);
@@ -327,8 +330,7 @@ fn joints_that_mimic_others_are_held_or_axes_and_the_file_says_which() {
     let axis = r#"<axis xyz="0 0 1"/>"#;
     let coupled = URDF.replacen(axis, &format!("{axis}<mimic joint=\"A2\"/>"), 1);
     let text = import_urdf_text(&coupled, "arm.urdf").unwrap();
-    let said =
-        "# Joint A1 is an axis of its own here: that it follows A2 by a factor of 1 is left out.";
+    let said = "# Note: Joint A1 is an axis of its own here: that it follows A2 by a factor of 1 is left out.";
     assert!(text.contains(said), "{text}");
     let all = |text: &str| RobotFile::parse(&filled(text), "a.toml").unwrap().parameters;
     assert_eq!(all(&text), all(&plain));
@@ -403,4 +405,29 @@ fn a_tool_frame_whose_z_is_square_to_the_last_axis_is_not_taken_silently() {
         alone.contains("z_axis = \"FILL IN: z of ee_link is square to the last axis"),
         "{alone}"
     );
+}
+
+#[test]
+fn the_frame_of_the_tool_is_told_and_inertias_are_checked_against_their_masses() {
+    let text = import_urdf_text(URDF, "arm.urdf").unwrap();
+    assert!(text.contains("# Note: The tool is the URDF's tcp, its z axis "), "{text}");
+    assert!(!text.contains("steel ball"), "{text}");
+
+    let link = r#"<mass value="120"/><inertia ixx="2" iyy="6" izz="6" ixy="0" ixz="0" iyz="0"/>"#;
+    let with = |inertia: [f64; 3]| {
+        let [x, y, z] = inertia;
+        let other = format!(
+            r#"<mass value="120"/><inertia ixx="{x}" iyy="{y}" izz="{z}" ixy="0" ixz="0" iyz="0"/>"#
+        );
+        assert!(URDF.contains(link));
+        import_urdf_text(&URDF.replace(link, &other), "arm.urdf").unwrap()
+    };
+    // A steel ball of 120 kg: radius 0.154 m, 1.14 kg m² about each axis.
+    let noted = "less inertia than a steel ball of its mass has";
+    assert!(with([1.0, 1.0, 1.0]).contains(noted));
+    assert!(!with([1.2, 1.2, 1.2]).contains(noted));
+    for of_no_body in [[0.0, 0.0, 0.0], [1.0, 2.0, 6.0]] {
+        let text = with(of_no_body);
+        assert!(text.contains("inertia_kg_m2 = \"FILL IN: in the URDF it is one that no body"));
+    }
 }

@@ -202,6 +202,7 @@ impl ContactForcePrediction {
             position,
             rotation,
             force: (0..n).map(|k| vector(&force, k)).collect(),
+            unmeasured: s.unmeasured_force,
             rows_a_force: rows_a_vector(&s.force, &low),
             low,
             followed,
@@ -216,7 +217,9 @@ impl ContactForcePrediction {
             levels.iter_mut().for_each(|level| level.deviation *= rows.sqrt());
             levels
         };
-        let level = known(&noise.force, log, LogChannel::Force)?;
+        // What was not measured is not compared, whatever its noise.
+        let own = [0, 1, 2].map(|c| noise.force[if weld.unmeasured[c] { 2 } else { c }]);
+        let level = known(&own, log, LogChannel::Force)?;
         let level = seldom(level, weld.rows_a_force);
         let tracker = known(&noise.position, log, LogChannel::Position)?;
         let tracker = seldom(tracker, rows_a_vector(&s.position, &weld.followed));
@@ -310,7 +313,11 @@ impl ContactForcePrediction {
             let variance = level[c].deviation.powi(2) * white
                 + self.weld.turned(&spreads[k], row, c)
                 + (SLOW_FORCE_ACCURACY * self.weld.push(row)).powi(2);
-            (low.at(0, |i| force[i][c], n, row), variance.sqrt(), level[c].stated)
+            let measured = low.at(0, |i| force[i][c], n, row);
+            match self.weld.unmeasured[c] {
+                true => (f64::NAN, f64::INFINITY, level[c].stated),
+                false => (measured, variance.sqrt(), level[c].stated),
+            }
         });
         if let Some(moment) = &self.moment {
             let level = known(&noise.moment, log, LogChannel::Moment)?;

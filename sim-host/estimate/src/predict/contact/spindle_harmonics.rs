@@ -321,7 +321,8 @@ impl SpindleHarmonics {
                 let to_tool = to_tool.map(|x| Complex::new(x, 0.0));
                 let ripple = to_tool * (closed.pass * self.amplitude(weld, order, row, &still));
                 let driven = to_tool * (closed.driven + closed.noise);
-                for (c, pair) in values.chunks_exact(2).enumerate() {
+                let pairs = values.chunks_exact(2).enumerate();
+                for (c, pair) in pairs.filter(|(c, _)| !weld.unmeasured[*c]) {
                     let seen = Complex::new(pair[0].measured, -pair[1].measured) - driven[c];
                     match_of[order - 1] += seen.conj() * ripple[c] / pair[0].deviation.powi(2);
                 }
@@ -369,6 +370,7 @@ impl SpindleHarmonics {
                     let noise = level[c].deviation.powi(2) + weld.turned(&driven, row, c);
                     let variance = (white * noise + arm).max(beside[c]);
                     for (sine, value) in [(false, amplitude[c].re), (true, -amplitude[c].im)] {
+                        let value = if weld.unmeasured[c] { f64::NAN } else { value };
                         self.measured.push(value);
                         compared.push(Compared {
                             quantity: ComparedQuantity::Ripple { order: order as u8, sine },

@@ -27,6 +27,8 @@ pub(super) struct RecordedWeld {
     pub position: [Vec<f64>; 3],
     pub rotation: Vec<Matrix3<f64>>,
     pub force: Vec<Vector3<f64>>,
+    /// Components of the force that nobody measured: zero.
+    pub unmeasured: [bool; 3],
     pub low: LowPass,
     /// Rows for each reading of the force.
     pub rows_a_force: f64,

@@ -443,12 +443,14 @@ impl NamedColumns {
                 None if claim.amperes => "A",
                 None => dimension(claim.column).unit(),
             };
-            if unit_named(unit).is_some_and(|unit| unit.dimension.is_none()) {
+            let column = claim.column;
+            let raw = unit_named(unit).is_some_and(|unit| unit.dimension.is_none());
+            let open = raw && LogChannel::MotorTorque.columns().contains(&column);
+            if raw && !open {
                 doubts.push(Doubt::Factor);
             }
-            let header = header.clone();
-            let (column, plus) = (claim.column, Vec::new());
-            ColumnMapping { header, column, unit, factor: 1.0, offset: 0.0, plus }
+            let (header, plus) = (header.clone(), Vec::new());
+            ColumnMapping { header, column, unit, factor: 1.0, open, offset: 0.0, plus }
         });
         bases.extend(raw.sentinels[k].map(|(value, rows)| ProposalBasis::Sentinel { value, rows }));
         let header = header.clone();

@@ -17,6 +17,7 @@ pub(super) fn units_by_magnitude(columns: &mut [ProposedColumn], raws: &[Raw]) {
                 c.mapping.as_ref().is_ok_and(|m| group.contains(&m.column))
                     && !c.bases.contains(&ProposalBasis::UnitInHeader)
                     && !c.doubts.contains(&Doubt::Factor)
+                    && !c.mapping.as_ref().is_ok_and(|mapping| mapping.open)
             })
             .collect();
         // Columns of one file are in one unit.

@@ -298,6 +298,10 @@ pub(super) fn torque_signs(columns: &mut [ProposedColumn], raws: &[Raw], robot: 
         let open =
             columns.iter().any(|c| c.is(ENCODER_COLUMN + i) && c.doubts.contains(&Doubt::Sign));
         let Some(column) = columns.iter_mut().find(|c| c.is(TORQUE + i)) else { continue };
+        if column.mapping.as_ref().is_ok_and(|mapping| mapping.open) {
+            // The factor that is fitted has its sign.
+            continue;
+        }
         let correlation = match (&predicted, measured) {
             (Some(predicted), Some(measured)) if measured.len() == predicted.len() => {
                 let pairs = predicted.iter().map(|p| p[i]).zip(measured);

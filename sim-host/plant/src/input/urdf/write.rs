@@ -12,12 +12,15 @@ const TCP_WORDS: &[&str] = &["tcp", "tool", "ee", "eef", "effector", "tool0", "f
 /// Words in the name of a fixed frame behind the last joint that make it the flange.
 const FLANGE_WORDS: &[&str] = &["flange", "tool0"];
 
+/// Beginning of a comment that is also told.
+const NOTE: &str = "# Note: ";
+
 impl Arm {
     /// The text of the robot file.
     pub(super) fn write(&self, name: &str, file: &str) -> String {
         let mut out = String::new();
         let mimics: String =
-            self.mimics.iter().map(|said| format!("# {}\n", said.escape_debug())).collect();
+            self.mimics.iter().map(|said| format!("{NOTE}{}\n", said.escape_debug())).collect();
         let name = if name.trim().is_empty() {
             marker("the URDF has no name for the robot")
         } else {
@@ -57,9 +60,20 @@ impl Arm {
 impl UrdfJoint {
     fn write(&self, out: &mut String, before: &Vector3<f64>) {
         let unknown = marker("not in a URDF");
+        let stiffness = marker(
+            "not in a URDF; or rigid in quotes, without damping, where the drive hardly bends",
+        );
+        let rotor = marker("not in a URDF; or unknown in quotes, which has it fitted");
         let or_marker = |x: Option<f64>| x.map_or_else(|| marker("not stated in the URDF"), number);
         let or_no_inertial = |write: &dyn Fn(&UrdfBody) -> String| {
             self.body.as_ref().map_or_else(|| marker("no <inertial> in the URDF"), write)
+        };
+        let doubt = match self.body.as_ref().and_then(UrdfBody::doubt) {
+            Some(InertiaDoubt::LessThanSteel) => format!(
+                "{NOTE}{}: less inertia than a steel ball of its mass has; check its unit.\n",
+                self.name.escape_debug()
+            ),
+            _ => String::new(),
         };
         let limits = match self.limits {
             Some([low, high]) => {
@@ -70,8 +84,8 @@ impl UrdfJoint {
         let _ = writeln!(
             out,
             "\n[[joint]]\nname = {}\norigin_m = {}\naxis = {}\nlimits_deg = {limits}\nmax_speed_deg_s = {}\n\
-             max_torque_nm = {}\nstiffness_nm_rad = {unknown}\ndamping_nms_rad = {unknown}\n\
-             rotor_inertia_kg_m2 = {unknown}\nmass_kg = {}\ncom_m = {}\ninertia_kg_m2 = {}",
+             max_torque_nm = {}\nstiffness_nm_rad = {stiffness}\ndamping_nms_rad = {unknown}\n\
+             rotor_inertia_kg_m2 = {rotor}\n{doubt}mass_kg = {}\ncom_m = {}\ninertia_kg_m2 = {}",
             if self.name.trim().is_empty() {
                 marker("the URDF has no name for the joint")
             } else {
@@ -83,7 +97,10 @@ impl UrdfJoint {
             or_marker(self.max_torque),
             or_no_inertial(&|body| number(body.mass)),
             or_no_inertial(&|body| vector(&(body.center_of_mass - self.origin))),
-            or_no_inertial(&|body| inertia(&body.inertia)),
+            or_no_inertial(&|body| match body.doubt() {
+                Some(InertiaDoubt::NoBody) => marker(NO_BODY),
+                _ => inertia(&body.inertia),
+            }),
         );
     }
 
@@ -168,9 +185,17 @@ impl UrdfJoint {
         };
         let chosen = match (tcp, passed_over) {
             (Some((_, frame)), Some(other)) => format!(
-                "# Tool: the URDF's {}. Its {} is passed over: its z axis is square to the last axis.\n",
+                "{NOTE}The tool is the URDF's {}. Its {} is passed over: its z axis is square to the last axis.\n",
                 frame.name.escape_debug(),
                 other.name.escape_debug()
+            ),
+            (Some((_, frame)), None) if !self.is_square(frame) => format!(
+                "{NOTE}The tool is the URDF's {}, its z axis {}.\n",
+                frame.name.escape_debug(),
+                match self.axis.cross(&(frame.b_from_frame.rotation * Vector3::z())).norm() {
+                    across if across < 1f64.to_radians().sin() => "along the last axis",
+                    _ => "oblique to the last axis",
+                }
             ),
             _ => String::new(),
         };
@@ -184,6 +209,33 @@ impl UrdfJoint {
             vector(&zero),
             inertia(&Matrix3::zeros()),
         );
+    }
+}
+
+/// What the inertia of a body cannot be.
+#[derive(PartialEq)]
+enum InertiaDoubt {
+    /// No body has it: none about an axis, or more about one than about the other two together.
+    NoBody,
+    /// Less than a steel ball of the mass has, the densest body of that mass in an arm.
+    LessThanSteel,
+}
+
+/// Why an inertia is left open.
+const NO_BODY: &str = "in the URDF it is one that no body of this mass has";
+
+impl UrdfBody {
+    fn doubt(&self) -> Option<InertiaDoubt> {
+        /// kg/m³.
+        const STEEL: f64 = 7850.0;
+        let moments = self.inertia.symmetric_eigenvalues();
+        let (most, all) = (moments.max(), moments.sum());
+        // Rounding of printed inertias.
+        if self.mass > 0.0 && (moments.min() <= 0.0 || most > (all - most) * 1.01) {
+            return Some(InertiaDoubt::NoBody);
+        }
+        let radius = (0.75 * self.mass / (std::f64::consts::PI * STEEL)).cbrt();
+        (all < 3.0 * 0.4 * self.mass * radius.powi(2)).then_some(InertiaDoubt::LessThanSteel)
     }
 }
 
