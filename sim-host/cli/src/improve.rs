@@ -30,6 +30,8 @@ pub(crate) struct Arguments {
 /// Runs the command.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let deadline = arguments.budget.deadline()?;
+    let mut outputs = arguments.results.outputs();
+    check_targets(&outputs)?;
     if arguments.measurements.is_of_several_units()? {
         if let Some(folder) = arguments.held_out.first() {
             return Err(miette!(
@@ -41,7 +43,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let Arguments { measurements, out, results, .. } = arguments;
         return improve_fleet::run(measurements, out, deadline, results);
     }
-    let mut outputs = arguments.results.outputs();
     outputs.push(("--out", &arguments.out));
     check_targets(&outputs)?;
     let mut measured = arguments.measurements.read()?;

@@ -1,7 +1,7 @@
 //! `trueweld improve` of several units of one type.
 
 use crate::measured::{LogArguments, refuse_mistakes, show};
-use crate::results::{RecordedResults, check_new_folder, check_outputs, check_targets};
+use crate::results::{RecordedResults, check_new_folder, check_outputs};
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,6 @@ pub(crate) fn run(
             "{flag}: expected none where campaigns are of several units, whose result is figures and pictures"
         ));
     }
-    check_targets(&outputs)?;
     check_new_folder("--out", out)?;
     let mut units = measurements.read_units()?;
     for unit in &units {

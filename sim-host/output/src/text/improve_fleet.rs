@@ -15,7 +15,7 @@ pub(crate) fn headline(report: &ImproveFleetReport<'_>) -> String {
     let shared: Vec<String> = shared.map(|e| e.effect.name(report.robot())).collect();
     let units = report.units.len();
     let share = match shared.as_slice() {
-        [] => format!("{units} units, which share no effect."),
+        [] => format!("{units} units: no effect is known to be in all of them."),
         names => format!("{units} units share {}.", listed(names, "and")),
     };
     let outlier = |of: &Outlier| {
@@ -24,7 +24,7 @@ pub(crate) fn headline(report: &ImproveFleetReport<'_>) -> String {
     };
     let unlike = match fleet.outliers.as_deref() {
         None => "Of two units nothing says which is the odd one.".to_owned(),
-        Some([]) => "None is an outlier.".to_owned(),
+        Some([]) => "None is shown to be an outlier.".to_owned(),
         Some(all) => {
             let all: Vec<String> = all.iter().map(outlier).collect();
             format!("Unlike the others: {}.", all.join(", "))
@@ -119,8 +119,8 @@ pub(crate) fn remark(effect: &FleetEffect, of: &FleetParameter, unit: usize) -> 
 pub(crate) fn setting(report: &ImproveFleetReport<'_>) -> String {
     let logs: usize = report.units.iter().map(|(_, of)| of.before.len()).sum();
     format!(
-        "{} of {}, {}. A unit's value is that of its own logs, not drawn towards the others; every unit was fitted with the effects \
-         of all. Spread: standard deviation between units beyond what their own intervals make. Distance: from the mean of the \
+        "{} of {}, {}. A unit's value is that of its own logs, not drawn towards the others; what only others have was fitted to it \
+         as well. Spread: standard deviation between units beyond what their own intervals make. Distance: from the mean of the \
          other units, over what a unit varies by; from a hundred to one on, over all distances, a unit is an outlier.",
         counted(report.units.len(), "unit"),
         report.robot().name,
