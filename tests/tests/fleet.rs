@@ -124,5 +124,6 @@ fn over_many_fleets_intervals_hold_and_no_unit_of_the_type_is_an_outlier() {
     }
     // 95 % of 40, less three standard deviations; an outlier once in a hundred fleets.
     assert!(told >= 36 && 40 * mean >= 34 * told && 40 * spread >= 34 * told, "{said}");
-    assert!(right >= 16 && wrong <= 2, "{said}");
+    // Where one unit's loads do not tell that it has no gap, nobody is named.
+    assert!(2 * right > FLEETS as usize && wrong <= 2, "{said}");
 }
