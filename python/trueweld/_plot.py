@@ -281,5 +281,6 @@ _WITHOUT = {
     "check": "there is no picture of a check: it says of each file whether it is in order",
     "import-log": "there is no picture of an import: it says how each column is read",
     "compare-logs": "there is no picture of two logs but on the page: show the result, or write its page",
+    "improve-fleet": "there is no picture of a fleet but on the page: show the result, or write its page",
     "replay": "there is no picture of a replay: it says in which period a core first differs",
 }

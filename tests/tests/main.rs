@@ -13,6 +13,7 @@ mod discovery;
 mod dynamics;
 mod effect_files;
 mod faults;
+mod fleet;
 mod fuzz;
 mod geometry;
 mod golden;

@@ -1,9 +1,10 @@
 //! `trueweld improve`: adds what is missing to a model, and writes it.
 
+use crate::improve_fleet;
 use crate::measured::{BudgetArguments, LogArguments, refuse_mistakes, show, tell_mistakes};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
-use miette::Result;
+use miette::{Result, miette};
 use std::path::PathBuf;
 use trueweld::{HeldOutLogs, improve};
 use trueweld_output::{ImproveReport, model_comments};
@@ -13,7 +14,7 @@ use trueweld_output::{ImproveReport, model_comments};
 pub(crate) struct Arguments {
     #[command(flatten)]
     measurements: LogArguments,
-    /// Where to write the improved model
+    /// Where to write the improved model; of several units, the folder for the file of each
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Log or campaign that is judged by and not fitted; may be given several times (default:
@@ -30,6 +31,18 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let deadline = arguments.budget.deadline()?;
     let mut outputs = arguments.results.outputs();
+    check_targets(&outputs)?;
+    if arguments.measurements.is_of_several_units()? {
+        if let Some(folder) = arguments.held_out.first() {
+            return Err(miette!(
+                help = "Every unit is judged by blocks in time of its logs. Leave it out, or improve one unit alone.",
+                "--held-out {}: expected none where campaigns are of several units",
+                folder.display()
+            ));
+        }
+        let Arguments { measurements, out, results, .. } = arguments;
+        return improve_fleet::run(measurements, out, deadline, results);
+    }
     outputs.push(("--out", &arguments.out));
     check_targets(&outputs)?;
     let mut measured = arguments.measurements.read()?;

@@ -30,6 +30,7 @@ mod identify;
 mod import_log;
 mod import_urdf;
 mod improve;
+mod improve_fleet;
 mod init;
 mod inputs;
 mod measured;
@@ -98,6 +99,9 @@ enum Command {
     /// Find out which physical effect is missing in a model
     Diagnose(diagnose::Arguments),
     /// Add what is missing to a model, refit it, and write it
+    ///
+    /// Campaigns of several units of one type (`unit` in campaign.toml): also what they share, how far they
+    /// spread and which is an outlier.
     Improve(improve::Arguments),
     /// Identify stiffness, damping or process from logs, with intervals
     Identify(identify::Arguments),

@@ -5,9 +5,9 @@ use clap::Args;
 use miette::{Result, miette};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use trueweld::{GivenLogs, MeasuredLogs, WorkProgress};
+use trueweld::{GivenLogs, MeasuredLogs, MeasuredUnit, WorkProgress, read_units};
 use trueweld_estimate::log_faults::Found;
-use trueweld_logs::campaign::CAMPAIGN_FILE;
+use trueweld_logs::campaign::{CAMPAIGN_FILE, by_unit};
 use trueweld_output::{MistakesReport, Progress, mistake_in_words};
 use trueweld_plant::input::ModelFile;
 use trueweld_plant::provenance::Provenance;
@@ -64,6 +64,16 @@ impl LogArguments {
     /// Model and logs as the files have them.
     pub(crate) fn read_files(&self) -> Result<GivenLogs> {
         GivenLogs::read(self.model.as_deref(), &self.logs)
+    }
+
+    /// True for campaigns of several units of one type.
+    pub(crate) fn is_of_several_units(&self) -> Result<bool> {
+        Ok(by_unit(&self.logs)?.len() > 1)
+    }
+
+    /// The units of a type, checked for gross mistakes and made ready.
+    pub(crate) fn read_units(&self) -> Result<Vec<MeasuredUnit>> {
+        read_units(self.model.as_deref(), &self.logs)
     }
 
     /// Two logs that no model is given for, to be compared with each other.

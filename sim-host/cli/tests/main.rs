@@ -5,6 +5,7 @@ mod cli;
 mod docs;
 mod files;
 mod first_day;
+mod fleet;
 mod milling;
 mod mistakes;
 mod rare;

@@ -704,7 +704,7 @@ fn whole(found: &FittedEffect, stated: &PerLogEffect) -> FittedEffect {
 }
 
 /// True for a calibration that another log has anew.
-fn is_renewed(effect: &Effect) -> bool {
+pub(crate) fn is_renewed(effect: &Effect) -> bool {
     effect.kind.calibration.is_some_and(|c| c.renewed(effect.at).is_some())
 }
 

@@ -12,6 +12,9 @@
 //!        │
 //!        ▼
 //!   improve: steps, each judged where nothing was fitted ──► Improvement ──► posterior, model.toml
+//!        │ of several units
+//!        ▼
+//!   fleet: what they share, how far they spread, which is an outlier
 //! ```
 //!
 //! 1. The logs are fitted with calibrations alone ([`trueweld_estimate::fit::calibration`]).
@@ -51,6 +54,7 @@ mod errors;
 pub mod evidence;
 pub mod experiment;
 mod explanation;
+pub mod fleet;
 mod found;
 mod gate;
 mod gross_calibration;

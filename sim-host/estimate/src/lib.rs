@@ -23,6 +23,7 @@
 //! | [`fit`] | effects fitted to logs by their residuals; calibrations |
 //! | [`disturbance`] | the force of a recorded weld that its model does not explain |
 //! | [`encoder_noise`] | what noise that drives every prediction leaves open of fitted values |
+//! | [`random_effects`] | mean and spread of values of several units |
 //! | [`safe_space`] | where an arm may stand, and under which loads |
 //! | [`identify`] | stiffness, damping and process from logs, without a prior; poses that tell them best |
 //!
@@ -50,6 +51,7 @@ pub mod identify;
 pub mod log_faults;
 pub mod outlying_loads;
 pub mod predict;
+pub mod random_effects;
 pub mod residuals;
 pub mod safe_space;
 

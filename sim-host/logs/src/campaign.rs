@@ -5,7 +5,9 @@
 
 use crate::log::{LOG_FILE, Log, SAMPLES_FILE, name_of, piece_name};
 use std::path::{Path, PathBuf};
-use trueweld_plant::input::{Accuracy, FileKind, InputError, Source, TomlDocument, read_text};
+use trueweld_plant::input::{
+    Accuracy, FileKind, InputError, Source, TomlDocument, TomlTable, read_text,
+};
 
 /// Name of the file that lists a campaign's logs.
 pub const CAMPAIGN_FILE: &str = "campaign.toml";
@@ -24,6 +26,8 @@ pub struct Campaign {
 /// What `campaign.toml` says.
 #[derive(Debug, Clone)]
 pub struct CampaignList {
+    /// Which robot of its type the logs are of; `None` where there is one only.
+    pub unit: Option<String>,
     /// The model file.
     pub model: PathBuf,
     /// How exact predictions of its logs need be.
@@ -40,7 +44,7 @@ impl Campaign {
     /// robot.
     pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
         let folder = folder.as_ref();
-        let CampaignList { model, accuracy, logs: folders } = Self::list(folder)?;
+        let CampaignList { model, accuracy, logs: folders, .. } = Self::list(folder)?;
         let mut logs = Vec::with_capacity(folders.len());
         for (listed, path) in &folders {
             let pieces = Log::read_pieces(path)?;
@@ -52,7 +56,7 @@ impl Campaign {
                 logs.push(log);
             }
         }
-        fit_together(&logs)?;
+        must_fit_together(&logs.iter().collect::<Vec<_>>())?;
         Ok(Self { name: name_of(folder), model, logs })
     }
 
@@ -64,7 +68,17 @@ impl Campaign {
         let (name, text) = read_text(&folder.join(CAMPAIGN_FILE))?;
         let document = TomlDocument::parse(&text, &name)?;
         let root = document.root_of(FileKind::Campaign.schema())?;
-        root.only(&["schema", "model", "logs", "accuracy"])?;
+        root.only(&["schema", "unit", "model", "logs", "accuracy"])?;
+        let unit = root.optional("unit", TomlTable::name)?;
+        let is_word = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
+        if unit.as_ref().is_some_and(|unit| !unit.chars().all(is_word)) {
+            let expected = "a name of letters, digits, - and _";
+            return Err(root.wrong(
+                "unit",
+                expected,
+                "A file is named after it: unit = \"cell-3\".",
+            ));
+        }
         let model = root.file("model", folder)?;
         let accuracy = Accuracy::read(&root)?;
         let mut folders: Vec<(String, PathBuf)> = Vec::new();
@@ -87,8 +101,54 @@ impl Campaign {
             }
             folders.push((entry.text.to_owned(), path));
         }
-        Ok(CampaignList { model, accuracy, logs: folders })
+        Ok(CampaignList { unit, model, accuracy, logs: folders })
     }
+}
+
+/// Folders by the unit that their campaigns are of, in the order given; one group without a name where
+/// no campaign states a unit, and one group where all are of the same.
+///
+/// # Errors
+/// A `campaign.toml` that cannot be used; a folder of which the unit is not known among campaigns that
+/// state theirs.
+pub fn by_unit(paths: &[PathBuf]) -> Result<Vec<(Option<String>, Vec<PathBuf>)>, InputError> {
+    let mut stated = Vec::with_capacity(paths.len());
+    for path in paths {
+        let folder = folder_of(path);
+        let is_campaign = folder.join(CAMPAIGN_FILE).is_file();
+        if !is_campaign && !folder.join(LOG_FILE).is_file() {
+            return Err(holds_nothing(path));
+        }
+        let unit = if is_campaign { Campaign::list(&folder)?.unit } else { None };
+        stated.push((unit, is_campaign, folder));
+    }
+    let mut named: Vec<&String> = stated.iter().filter_map(|(unit, ..)| unit.as_ref()).collect();
+    named.dedup();
+    if let Some(other) = named.first() {
+        // A log beside the campaigns of one unit is of that unit.
+        let is_lost = |(unit, is_campaign, _): &&(Option<String>, bool, PathBuf)| {
+            unit.is_none() && (*is_campaign || named.len() > 1)
+        };
+        if let Some((_, is_campaign, folder)) = stated.iter().find(is_lost) {
+            let file = if *is_campaign { folder.join(CAMPAIGN_FILE) } else { folder.clone() };
+            let message = format!(
+                "the unit that it is of is not stated; expected `unit = \"…\"` in its {CAMPAIGN_FILE}, since another campaign is of \
+                 the unit {other}"
+            );
+            let help = "Campaigns of one robot have the same `unit`, or none has one.";
+            return Err(Source::new(&file.display().to_string(), "").error_of_file(message, help));
+        }
+    }
+    let mut groups: Vec<(Option<String>, Vec<PathBuf>)> = Vec::new();
+    let only = named.first().filter(|_| named.len() == 1).map(|unit| (*unit).clone());
+    for ((unit, ..), path) in stated.iter().zip(paths) {
+        let unit = unit.clone().or(only.clone());
+        match groups.iter_mut().find(|(other, _)| *other == unit) {
+            Some((_, folders)) => folders.push(path.clone()),
+            None => groups.push((unit, vec![path.clone()])),
+        }
+    }
+    Ok(groups)
 }
 
 /// Reads logs from folders of logs and folders of campaigns, mixed as one likes; `log.toml` or
@@ -97,8 +157,15 @@ impl Campaign {
 ///
 /// # Errors
 /// Everything that [`Log::read`] and [`Campaign::read`] refuse; a folder that is neither; a log
-/// given twice; logs that are not of one robot.
+/// given twice; logs that are not of one robot, or of several units.
 pub fn read_logs(paths: &[PathBuf]) -> Result<(Option<PathBuf>, Vec<Log>), InputError> {
+    if let [(Some(first), _), (Some(second), folders), ..] = by_unit(paths)?.as_slice() {
+        let file = folder_of(&folders[0]).join(CAMPAIGN_FILE);
+        let message =
+            format!("a campaign of the unit {second}; expected one of {first}, as the first");
+        let help = "Give the campaigns of one unit. `trueweld improve` takes several, and says what they share.";
+        return Err(Source::new(&file.display().to_string(), "").error_of_file(message, help));
+    }
     let mut models: Vec<PathBuf> = Vec::new();
     let mut logs: Vec<Log> = Vec::new();
     for path in paths {
@@ -110,14 +177,7 @@ pub fn read_logs(paths: &[PathBuf]) -> Result<(Option<PathBuf>, Vec<Log>), Input
         } else if folder.join(LOG_FILE).is_file() {
             Log::read_pieces(&folder)?
         } else {
-            let found = match path.exists() {
-                true => format!("holds neither {LOG_FILE} nor {CAMPAIGN_FILE}"),
-                false => "does not exist".to_owned(),
-            };
-            let message = format!("{found}; expected the folder of a log or of a campaign");
-            let help =
-                format!("A log is a folder with {LOG_FILE}, a campaign one with {CAMPAIGN_FILE}.");
-            return Err(Source::new(&path.display().to_string(), "").error_of_file(message, help));
+            return Err(holds_nothing(path));
         };
         let before = logs.len();
         for log in read {
@@ -131,10 +191,21 @@ pub fn read_logs(paths: &[PathBuf]) -> Result<(Option<PathBuf>, Vec<Log>), Input
             logs.push(log);
         }
     }
-    fit_together(&logs)?;
+    must_fit_together(&logs.iter().collect::<Vec<_>>())?;
     let first = models.pop();
     let model = first.filter(|model| models.iter().all(|other| same(other, model)));
     Ok((model, logs))
+}
+
+/// The error of a folder that is neither a log's nor a campaign's.
+fn holds_nothing(path: &Path) -> InputError {
+    let found = match path.exists() {
+        true => format!("holds neither {LOG_FILE} nor {CAMPAIGN_FILE}"),
+        false => "does not exist".to_owned(),
+    };
+    let message = format!("{found}; expected the folder of a log or of a campaign");
+    let help = format!("A log is a folder with {LOG_FILE}, a campaign one with {CAMPAIGN_FILE}.");
+    Source::new(&path.display().to_string(), "").error_of_file(message, help)
 }
 
 fn folder_of(path: &Path) -> PathBuf {
@@ -151,7 +222,7 @@ fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-fn of_one_robot(logs: &[Log]) -> Result<(), InputError> {
+fn of_one_robot(logs: &[&Log]) -> Result<(), InputError> {
     let Some((first, others)) = logs.split_first() else {
         return Ok(());
     };
@@ -161,13 +232,16 @@ fn of_one_robot(logs: &[Log]) -> Result<(), InputError> {
 }
 
 /// Refuses logs that are not of one robot, and a recording that stands in two of them.
-fn fit_together(logs: &[Log]) -> Result<(), InputError> {
+///
+/// # Errors
+/// The first log that does not fit, with its file.
+pub fn must_fit_together(logs: &[&Log]) -> Result<(), InputError> {
     of_one_robot(logs)?;
     recorded_once(logs)
 }
 
 /// Refuses a recording that stands in two logs: encoders and an instrument that read the same.
-fn recorded_once(logs: &[Log]) -> Result<(), InputError> {
+fn recorded_once(logs: &[&Log]) -> Result<(), InputError> {
     /// Rows that do not come out alike by chance.
     const EQUAL_ROWS_MIN: usize = 20;
     let same = |a: &Log, b: &Log| {

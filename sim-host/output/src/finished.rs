@@ -5,6 +5,7 @@ use serde::Serialize;
 use std::path::Path;
 use trueweld_core::Robot;
 use trueweld_diagnose::discover::Discovery;
+use trueweld_diagnose::fleet::Fleet;
 use trueweld_diagnose::improve::Improvement;
 use trueweld_diagnose::{Detectability, Diagnosis, Explanation, ExplanationReason};
 use trueweld_estimate::identify::Identification;
@@ -23,7 +24,7 @@ use trueweld_evaluate::{CoreReplay, RecordedRow, ReplayCheck, StepFigures, WeldF
 use trueweld_logs::log::Log;
 use trueweld_logs::log::import::Proposal;
 use trueweld_logs::pair::LogPair;
-use trueweld_plant::input::{ModelFile, Posterior};
+use trueweld_plant::input::{ModelFile, Posterior, RobotFile};
 use trueweld_plant::provenance::Provenance;
 use trueweld_plant::simulate::Recording;
 
@@ -240,6 +241,24 @@ pub struct ImproveReport<'a> {
     pub notices: &'a [Notice],
     /// What the result is of.
     pub provenance: &'a Provenance,
+}
+
+/// Units of one type, each improved.
+#[derive(Clone, Copy)]
+pub struct ImproveFleetReport<'a> {
+    /// Every unit by its name.
+    pub units: &'a [(&'a str, ImproveReport<'a>)],
+    /// All of them beside each other.
+    pub fleet: &'a Fleet,
+    /// What the result is of.
+    pub provenance: &'a Provenance,
+}
+
+impl ImproveFleetReport<'_> {
+    /// The robot of their type.
+    pub(crate) fn robot(&self) -> &RobotFile {
+        &self.units[0].1.model.robot
+    }
 }
 
 /// Mistakes that were found.

@@ -81,6 +81,7 @@ mod compare_logs;
 mod core_log;
 mod diagnose;
 mod fixture;
+mod fleet;
 mod identify;
 mod improve;
 mod logged_weld;
@@ -104,6 +105,7 @@ pub use core_log::{
 };
 pub use diagnose::{CellDiagnosis, DiagnoseOptions, DiagnoseTask, diagnose};
 pub use fixture::{Embedded, read_input};
+pub use fleet::{ImprovedFleet, MeasuredUnit, improve_fleet, read_units};
 pub use identify::identify;
 pub use improve::{ImproveOptions, ImproveTask, ImprovedModel, improve};
 pub use logged_weld::LoggedWeld;

@@ -14,6 +14,7 @@ mod error;
 pub(crate) mod identify;
 pub(crate) mod import;
 pub(crate) mod improve;
+pub(crate) mod improve_fleet;
 pub(crate) mod laws;
 mod log_fault;
 pub(crate) mod log_faults;

@@ -9,6 +9,7 @@ mod error_fall;
 mod identify;
 mod import;
 mod improve;
+mod improve_fleet;
 mod laws;
 mod log_faults;
 mod plan;
@@ -131,6 +132,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         of(crate::CompareLogsReport::json),
         of(crate::DiagnoseReport::json),
         of(crate::ImproveReport::json),
+        of(crate::ImproveFleetReport::json),
         of(crate::RecordReport::json),
         of(crate::PlanReport::json),
         of(crate::RegisterReport::json),

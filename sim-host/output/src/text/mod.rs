@@ -15,6 +15,7 @@ pub(crate) mod finding;
 pub(crate) mod identify;
 pub(crate) mod import;
 pub(crate) mod improve;
+pub(crate) mod improve_fleet;
 pub(crate) mod laws;
 pub(crate) mod log;
 pub(crate) mod log_faults;
