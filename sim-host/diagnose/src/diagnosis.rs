@@ -260,7 +260,7 @@ pub fn diagnose(
     let ctx = SearchContext { problem, blocks, null: &null, given: &given, length, screened };
     let limits = screened.iter().map(|s| s.limit.clone()).collect();
     let confusable = confuse::confusable(&ctx, &screened);
-    let (mut chosen, mut alike) = (Vec::new(), Vec::new());
+    let (mut chosen, mut alike): (Vec<Fitted>, Vec<Vec<Fitted>>) = (Vec::new(), Vec::new());
     if let Some(k) = best_that_counts(&ctx, &singles) {
         singles[..=k].rotate_right(1);
         progress("looking for more effects", 0.65);
@@ -282,16 +282,24 @@ pub fn diagnose(
                 break;
             }
             chosen.pop();
-            alike.clear();
+            alike.pop();
         }
     }
     if let Some(last) = chosen.last().filter(|_| chosen.len() > 1) {
         let mut together = vec![last.clone()];
-        together.append(&mut alike);
-        for other in search::alternatives(&ctx, last, &confusable) {
+        together.extend(alike.pop().into_iter().flatten());
+        let tied = tied_singles(&ctx, &singles);
+        for other in search::alternatives(&ctx, last, &confusable, &tied) {
             if !together.iter().any(|known| same_effects(known, &other)) {
                 together.push(other);
             }
+        }
+        let mut together = search::by_evidence(&ctx, together);
+        let before = chosen.len() - 2;
+        let likeliest = together.iter().position(|f| is_nameable(&ctx, &chosen[before], f));
+        if let Some(likeliest) = likeliest {
+            together[..=likeliest].rotate_right(1);
+            chosen[before + 1] = together[0].clone();
         }
         singles.splice(0..0, together);
     }
@@ -358,11 +366,20 @@ fn look(
 /// it, one that is no piece of a wave, which bends to almost anything.
 fn best_that_counts(ctx: &SearchContext<'_>, singles: &[Fitted]) -> Option<usize> {
     let count = |k: &usize| is_nameable(ctx, ctx.null, &singles[*k]);
-    let cost = |k: usize| ctx.owed_cost(&singles[k]);
+    let evidence = search::evidence_of_each(ctx, singles);
     let best = (0..singles.len()).find(count)?;
-    let reach = cost(best) + rules::TIED * rules::variance_inflation(&singles[best]);
-    let mut tied = (best..singles.len()).take_while(|k| cost(*k) <= reach);
+    let mut tied = (best..singles.len()).filter(|k| evidence[*k] > evidence[best] - DECISIVE);
     Some(tied.find(|k| !has_unseen_wave(ctx.problem, &singles[*k]) && count(k)).unwrap_or(best))
+}
+
+/// The effects of those single fits that the data do not tell from the first.
+fn tied_singles(
+    ctx: &SearchContext<'_>,
+    singles: &[Fitted],
+) -> Vec<(&'static EffectKind, Location)> {
+    let evidence = search::evidence_of_each(ctx, singles);
+    let tied = (1..singles.len()).filter(|k| evidence[*k] > evidence[0] - DECISIVE);
+    tied.filter_map(|k| singles[k].point.shared.last().map(|e| (e.kind, e.at))).collect()
 }
 
 /// True for a fit whose effects may be named beside what `before` has.

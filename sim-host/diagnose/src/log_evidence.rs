@@ -108,13 +108,18 @@ impl<'p> RivalNoise<'p> {
     }
 }
 
-/// True where a fit with more effects than another explains more than chance makes of any that were
-/// tried, on blocks that were left out.
-pub(crate) fn is_significant(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> bool {
+/// Evidence for what a fit with more effects has more than another, by the noise of what it leaves.
+pub(crate) fn evidence_over(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> f64 {
     let blocks = fit::blocks_of(problem);
     let before = null.residuals_from_others(&blocks);
     let noise = RivalNoise::left_by(problem, &fitted.residuals);
-    noise.evidence(&blocks, (null, &before), fitted) > DECISIVE
+    noise.evidence(&blocks, (null, &before), fitted)
+}
+
+/// True where a fit with more effects than another explains more than chance makes of any that were
+/// tried, on blocks that were left out.
+pub(crate) fn is_significant(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> bool {
+    evidence_over(problem, null, fitted) > DECISIVE
 }
 
 /// The same of residuals as they are, of two models that were not fitted to them by more than a few

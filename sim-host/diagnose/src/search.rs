@@ -2,7 +2,7 @@
 
 use super::confuse::Confusable;
 use super::found::{FittedEffect, found_effects};
-use super::log_evidence::is_significant;
+use super::log_evidence::{NAMED, RivalNoise, evidence_over, is_of_library, is_significant};
 use super::rules::{self, noise_excess};
 use super::screen::{ScreenedEffect, Screening, SearchContext, likeliest, screen_again};
 use nalgebra::DVector;
@@ -183,7 +183,7 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
         }
     });
     fits.extend(others.collect::<Vec<_>>());
-    fits.sort_by(|a, b| ctx.owed_cost(a).total_cmp(&ctx.owed_cost(b)));
+    let mut fits = by_evidence(ctx, fits);
     // What such a delay does as well or better is not believed of anything else either.
     let by_delay = fits
         .iter()
@@ -195,6 +195,25 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
         refit_scaled(ctx.problem, ctx.blocks, best, last);
     }
     fits
+}
+
+/// Fits with the most evidence beside the calibrations first.
+pub(super) fn by_evidence(ctx: &SearchContext<'_>, fits: Vec<Fitted>) -> Vec<Fitted> {
+    let evidence = evidence_of_each(ctx, &fits);
+    let mut all: Vec<(f64, Fitted)> = evidence.into_iter().zip(fits).collect();
+    all.sort_by(|a, b| b.0.total_cmp(&a.0));
+    all.into_iter().map(|(_, fitted)| fitted).collect()
+}
+
+/// Evidence of fits beside the calibrations, by the noise of what the cheapest leaves.
+pub(super) fn evidence_of_each(ctx: &SearchContext<'_>, fits: &[Fitted]) -> Vec<f64> {
+    let Some(cheapest) = fits.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) else {
+        return Vec::new();
+    };
+    let noise = RivalNoise::left_by(ctx.problem, &cheapest.residuals);
+    let before = ctx.null.residuals_from_others(ctx.blocks);
+    let of_fit = |fitted: &Fitted| noise.evidence(ctx.blocks, (ctx.null, &before), fitted);
+    fits.par_iter().map(of_fit).collect()
 }
 
 /// The best of the fits of a hypothesis from several starts, each in full as long as it promises to
@@ -320,18 +339,21 @@ fn fit_without(
     fit::fit(ctx.problem, &point, ctx.blocks, &known, options).ok()
 }
 
-/// Explanations in which another effect that does nearly the same stands for one of several, where
-/// they explain the data about as well: so many for each effect at most.
+/// Explanations in which another effect stands for one of several, where they explain the data about
+/// as well: of those that do nearly the same so many for each effect at most, and for the first those
+/// that are tied with it alone.
 pub(super) fn alternatives(
     ctx: &SearchContext<'_>,
     fitted: &Fitted,
     confusable: &[Confusable],
+    tied: &[(&'static EffectKind, Location)],
 ) -> Vec<Fitted> {
     let inflation = rules::variance_inflation(fitted);
     let place = |e: &Effect| (e.kind.id, e.at);
     let all = &fitted.point.shared;
     let mut found = Vec::new();
-    for index in (0..all.len()).filter(|i| !is_calibration(all[*i].kind)) {
+    let own = (0..all.len()).filter(|i| !is_calibration(all[*i].kind));
+    for (nth, index) in own.enumerate() {
         let others = confusable.iter().filter_map(|pair| {
             let is = |(kind, at): (&EffectKind, Location)| (kind.id, at) == place(&all[index]);
             let other = match (is(pair.first), is(pair.second)) {
@@ -339,9 +361,19 @@ pub(super) fn alternatives(
                 (_, true) => pair.first,
                 _ => return None,
             };
-            (!all.iter().any(|e| place(e) == (other.0.id, other.1))).then_some(other)
+            Some(other)
         });
-        let others: Vec<_> = others.take(ALTERNATIVES).collect();
+        let tied = if nth == 0 { tied } else { &[] };
+        let is_new = |other: &(&EffectKind, Location)| {
+            !all.iter().any(|e| place(e) == (other.0.id, other.1))
+        };
+        let others = others.filter(is_new).take(ALTERNATIVES);
+        let mut others: Vec<(&'static EffectKind, Location)> = others.collect();
+        for other in tied.iter().filter(|other| is_new(other)) {
+            if !others.iter().any(|(kind, at)| (kind.id, *at) == (other.0.id, other.1)) {
+                others.push(*other);
+            }
+        }
         if others.is_empty() || ctx.problem.is_late() {
             continue;
         }
@@ -379,8 +411,9 @@ const EXPLANATION_EFFECTS_MAX: usize = 4;
 pub(super) struct Explained {
     /// Fits with one effect more each, the last of them the explanation.
     pub chosen: Vec<Fitted>,
-    /// Fits that explain the data about as well as the last, with another effect in place of its last.
-    pub alike: Vec<Fitted>,
+    /// For each of them those that explain the data about as well, with another effect in place of its
+    /// last.
+    pub alike: Vec<Vec<Fitted>>,
 }
 
 impl Explained {
@@ -392,7 +425,7 @@ impl Explained {
 
 /// Tries others beside a single effect, for as long as one more earns its place.
 pub(super) fn add_effects(ctx: &SearchContext<'_>, single: Fitted) -> Explained {
-    let (mut chosen, mut alike) = (vec![single], Vec::new());
+    let (mut chosen, mut alike) = (vec![single], vec![Vec::new()]);
     while chosen.len() < EXPLANATION_EFFECTS_MAX
         && !ctx.problem.is_late()
         && let Some(fitted) = chosen.last()
@@ -400,7 +433,7 @@ pub(super) fn add_effects(ctx: &SearchContext<'_>, single: Fitted) -> Explained 
     {
         chosen.pop();
         chosen.extend([before, after]);
-        alike = others;
+        alike.push(others);
     }
     Explained { chosen, alike }
 }
@@ -409,7 +442,7 @@ pub(super) fn add_effects(ctx: &SearchContext<'_>, single: Fitted) -> Explained 
 /// with another in its place that the data do not tell from it. Every effect must earn its place: one
 /// that the others do as well without is dropped; of two effects, either of which does what both do,
 /// none is. A fit may be at the floor already: how high that lies is known less well than what a
-/// second effect brings.
+/// second effect brings. An effect that would not be named for its faintness is none to be added.
 fn add_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted, Vec<Fitted>)> {
     let problem = ctx.problem;
     let counts = |more: &Fitted| is_significant(problem, fitted, more);
@@ -425,7 +458,7 @@ fn add_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Option<(Fitted, Fitte
     // for any effect to mend.
     let enough = noise_excess(problem, &more.residuals)
         <= rules::HALVED * noise_excess(problem, &before.residuals);
-    if !enough || !is_significant(problem, &before, &more) {
+    if !enough || is_of_library(evidence_over(problem, &before, &more)) < NAMED {
         return None;
     }
     let own = |i: &usize| !is_calibration(more.point.shared[*i].kind);
