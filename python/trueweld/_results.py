@@ -61,6 +61,12 @@ class ImportLogResult(Result):
     __slots__ = ()
 
 
+class ImproveFleetResult(Result):
+    """Units of one type: what each has, and what they share."""
+
+    __slots__ = ()
+
+
 class ImproveResult(Result):
     """A model improved."""
 
@@ -143,6 +149,7 @@ CLASSES: dict[str, type[Result]] = {
     "identify-plan": IdentifyPlanResult,
     "identify": IdentifyResult,
     "import-log": ImportLogResult,
+    "improve-fleet": ImproveFleetResult,
     "improve": ImproveResult,
     "plan": PlanResult,
     "record": RecordResult,

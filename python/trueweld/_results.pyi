@@ -2061,6 +2061,72 @@ class ImportLogResult(Result):
     def columns(self) -> list[ImportedColumn]:
         """Their columns."""
 
+class FleetUnit(Record):
+    """A unit."""
+
+    @property
+    def result(self) -> ImproveResult:
+        """What `improve` finds of it alone."""
+    @property
+    def unit(self) -> str:
+        """Its name."""
+
+class ImproveResult(Record):
+    """A model improved."""
+
+    @property
+    def discovered(self) -> list[DiscoveredLaw]:
+        """Laws outside the library that were found."""
+    @property
+    def explained(self) -> str | None:
+        """`all` of what was above noise and accuracy, a `part`, or `nothing`."""
+    @property
+    def held_out(self) -> list[str]:
+        """Names of the logs that were held out."""
+    @property
+    def mistakes(self) -> list[FileMistake]:
+        """Mistakes in the files; where there are any, nothing else was looked for."""
+    @property
+    def model(self) -> str:
+        """The model file."""
+    @property
+    def not_measured(self) -> list[str]:
+        """Numbers that were fitted and of which the logs say next to nothing."""
+    @property
+    def notices(self) -> list[str]:
+        """What a reader should know although nothing is wrong."""
+    @property
+    def out(self) -> str:
+        """The improved model file."""
+    @property
+    def posterior(self) -> list[PosteriorNumber]:
+        """What the logs leave open of every number that they measure; their covariance stands in
+        the improved model file."""
+    @property
+    def provenance(self) -> Provenance:
+        """What the result is of."""
+    @property
+    def registered(self) -> list[RegisteredTracker]:
+        """Trackers that stood elsewhere, and were registered first."""
+    @property
+    def rejected(self) -> list[RejectedStep]:
+        """Steps that were tried and not kept."""
+    @property
+    def sentence(self) -> str:
+        """The result in words."""
+    @property
+    def steps(self) -> list[AddedStep]:
+        """Steps that were kept, the model as given first."""
+    @property
+    def undone(self) -> list[str]:
+        """What there was no time for, and fits that did not arrive, in words."""
+    @property
+    def unexplained(self) -> list[ResidualFinding]:
+        """What the residual follows that is left."""
+    @property
+    def verdict(self) -> str:
+        """`adequate`, `effect-found` or `unknown-effect`."""
+
 class AddedStep(Record):
     """A step of an improvement."""
 
@@ -2129,6 +2195,108 @@ class PosteriorNumber(Record):
     @property
     def value(self) -> float:
         ...
+
+class FleetEffectValues(Record):
+    """An effect over all units."""
+
+    @property
+    def at(self) -> str:
+        """What it is at."""
+    @property
+    def effect(self) -> str:
+        """The effect."""
+    @property
+    def parameters(self) -> list[FleetParameterValues]:
+        """Its parameters."""
+    @property
+    def shared(self) -> bool:
+        """True where every unit has it."""
+    @property
+    def units(self) -> list[str]:
+        """Of each unit: `named` by its own logs, `measured` to be there although they do not
+        name it, `absent`, or `unknown`."""
+
+class FleetParameterValues(Record):
+    """A parameter over all units."""
+
+    @property
+    def mean(self) -> float | None:
+        """Mean of the type, by the units that have the effect; null of fewer than two."""
+    @property
+    def mean_interval(self) -> list[float] | None:
+        """95 % interval of the mean."""
+    @property
+    def name(self) -> str:
+        """Its name."""
+    @property
+    def spread(self) -> float | None:
+        """Standard deviation between units, beyond what their own uncertainty makes."""
+    @property
+    def spread_interval(self) -> list[float] | None:
+        """95 % interval of the spread."""
+    @property
+    def unit(self) -> str:
+        """Unit of all numbers but distance and probability."""
+    @property
+    def units(self) -> list[FleetValue | None]:
+        """Each unit's value; null where its logs say next to nothing of it."""
+
+class FleetValue(Record):
+    """A value of a unit, by its own logs alone: not drawn towards the mean of the type."""
+
+    @property
+    def distance(self) -> float | None:
+        """Distance from the mean of the other units over what it varies by; null of fewer than
+        three."""
+    @property
+    def high(self) -> float:
+        ...
+    @property
+    def low(self) -> float:
+        ...
+    @property
+    def probability(self) -> float | None:
+        """Probability that a unit of the type is as far away."""
+    @property
+    def value(self) -> float:
+        ...
+
+class OutlyingUnit(Record):
+    """A unit unlike the others."""
+
+    @property
+    def reasons(self) -> list[str]:
+        """Why."""
+    @property
+    def unit(self) -> str:
+        """Its name."""
+
+class ImproveFleetResult(Result):
+    """Units of one type: what each has, and what they share."""
+
+    @property
+    def schema(self) -> str:
+        """Name and version of this format."""
+    @property
+    def provenance(self) -> Provenance:
+        """What the result is of."""
+    @property
+    def sentence(self) -> str:
+        """The result in words."""
+    @property
+    def units(self) -> list[FleetUnit]:
+        """Every unit."""
+    @property
+    def effects(self) -> list[FleetEffectValues]:
+        """Effects that any unit has."""
+    @property
+    def calibration(self) -> list[FleetEffectValues]:
+        """Calibrations of the cell that count in any unit; those that a log or a day has of its
+        own stand in each unit's result."""
+    @property
+    def outliers(self) -> list[OutlyingUnit] | None:
+        """Units unlike the others; null of two units, where nothing can say which is the odd
+        one."""
 
 class ImproveResult(Result):
     """A model improved."""

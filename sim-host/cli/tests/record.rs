@@ -111,7 +111,7 @@ fn a_wrist_that_swings_faster_than_the_step_is_recorded_and_compared() {
     let stiff = robot.replace("stiffness_nm_rad = 470000.0", "stiffness_nm_rad = 4.7e8");
     assert_ne!(stiff, robot);
     fs::write(place.path().join("robot.toml"), &stiff).unwrap();
-    let named = "joint 6 swings at ";
+    let named = "A6 swings at ";
     assert!(place.done(&["check", "robot.toml"]).contains(named));
     fs::write(place.path().join("campaign/robot.toml"), &stiff).unwrap();
     let refused = place.run(&["record", "protocol.toml", "--out", "more"]);

@@ -180,6 +180,7 @@ impl Diagnosis {
         let Some(best) = self.candidates.first() else { return false };
         let tied = best.indistinguishable.iter().map(|k| self.candidates[*k].probability);
         self.verdict == DiagnosisVerdict::UnknownEffect
+            && best.may_be_named
             && best.probability + tied.sum::<f64>() > UNNAMED_PROBABILITY_MAX
     }
 

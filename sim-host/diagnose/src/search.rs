@@ -46,7 +46,7 @@ pub(crate) fn evaluate_uncalibrated(
 }
 
 /// Where a fit starts.
-struct Start<'a> {
+struct FitStart<'a> {
     point: FitState,
     /// What the slopes of `base` promise there.
     cost: f64,
@@ -55,7 +55,7 @@ struct Start<'a> {
 
 /// Where fits of one hypothesis start: beside the calibrations at their best without it, which may
 /// have moved far to hide it, and beside none.
-fn starts<'a>(ctx: &SearchContext<'a>, screened: &ScreenedEffect) -> Vec<Start<'a>> {
+fn starts<'a>(ctx: &SearchContext<'a>, screened: &ScreenedEffect) -> Vec<FitStart<'a>> {
     // The same where nothing is free.
     let bases = if ctx.null.slopes.is_empty() { 1 } else { 2 };
     [ctx.null, ctx.given]
@@ -69,10 +69,10 @@ fn starts<'a>(ctx: &SearchContext<'a>, screened: &ScreenedEffect) -> Vec<Start<'
 /// Fits a hypothesis in so many steps from each start.
 fn fit_roughly(
     ctx: &SearchContext<'_>,
-    starts: &[Start<'_>],
-    steps: impl Fn(&Start<'_>) -> usize + Sync,
+    starts: &[FitStart<'_>],
+    steps: impl Fn(&FitStart<'_>) -> usize + Sync,
 ) -> Vec<Fitted> {
-    let fit = |start: &Start<'_>| {
+    let fit = |start: &FitStart<'_>| {
         let options = SolverOptions::steps(steps(start), start.base.slopes.len());
         fit::fit(ctx.problem, &start.point, ctx.blocks, &start.base.slopes, options).ok()
     };
@@ -82,7 +82,7 @@ fn fit_roughly(
 /// Where a fit of an effect beside `base` starts. Slopes at nothing say little of the size of what
 /// is not in proportion to it, a gap or a loop: several sizes are judged with the calibrations at
 /// their best beside them.
-fn start<'a>(ctx: &SearchContext<'a>, base: &'a Fitted, effect: &Effect) -> Option<Start<'a>> {
+fn start<'a>(ctx: &SearchContext<'a>, base: &'a Fitted, effect: &Effect) -> Option<FitStart<'a>> {
     let mut with = base.point.clone();
     with.shared.push(effect.clone());
     let last = with.shared.len() - 1;
@@ -122,7 +122,7 @@ fn start<'a>(ctx: &SearchContext<'a>, base: &'a Fitted, effect: &Effect) -> Opti
     let mut point =
         if base.slopes.is_empty() { base.point.clone() } else { base.point.moved(&step) };
     point.add(scaled(effect, factor));
-    Some(Start { point, cost, base })
+    Some(FitStart { point, cost, base })
 }
 
 /// True where residuals change from `base` to `below` by so large a `share` of what they change to
@@ -164,10 +164,10 @@ const START_SIZES_WORSE: usize = 2;
 pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> Vec<Fitted> {
     let in_time = screened.par_iter().filter(|_| !ctx.problem.is_late());
     let cheapest = |fits: Vec<Fitted>| fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
-    let all: Vec<Vec<Start<'_>>> = in_time.map(|s| starts(ctx, s)).collect();
+    let all: Vec<Vec<FitStart<'_>>> = in_time.map(|s| starts(ctx, s)).collect();
     let least = all.iter().flatten().map(|start| start.cost).fold(f64::INFINITY, f64::min);
     let enough = ctx.null.cost - rules::WORTH_STEPS_GAIN * (ctx.null.cost - least);
-    let steps = |start: &Start<'_>| if start.cost <= enough { ROUGHLY } else { 0 };
+    let steps = |start: &FitStart<'_>| if start.cost <= enough { ROUGHLY } else { 0 };
     let mut rough: Vec<Vec<Fitted>> =
         all.par_iter().map(|starts| fit_roughly(ctx, starts, steps)).collect();
     rough.sort_by(|a, b| cost_of(a).total_cmp(&cost_of(b)));

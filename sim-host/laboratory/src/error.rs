@@ -3,7 +3,6 @@
 use crate::static_arm::Unsettled;
 use trueweld_plant::effects::EffectError;
 use trueweld_plant::input::InputError;
-use trueweld_plant::integrate::TooFast;
 use trueweld_plant::robot::TooManyStates;
 use trueweld_plant::simulate::RunError;
 
@@ -20,8 +19,8 @@ pub enum CampaignError {
     #[error(transparent)]
     Links(#[from] Unsettled),
     /// The links move too fast to be followed.
-    #[error(transparent)]
-    TooFast(#[from] TooFast),
+    #[error("{0}")]
+    TooFast(String),
     /// A weld did not come to its end.
     #[error(transparent)]
     Weld(#[from] RunError),

@@ -139,7 +139,9 @@ impl Recorder<'_> {
     ) -> Result<(), CampaignError> {
         let cell = self.truth.cell(log.number, out_of_reach(), 0.0)?;
         let foreign = self.truth.recipe.out_of_library.as_ref();
-        let instants = MovingArm { cell: &cell, foreign, path }.run(start, end, step)?;
+        let joint_names = &self.truth.laboratory.robot.joint_names;
+        let arm = MovingArm { cell: &cell, joint_names, foreign, path };
+        let instants = arm.run(start, end, step)?;
         let track = TruthTrack { start, step, instants };
         Ok(self.recorded(kind, &log, &cell, &track, end, &[]).write(&log.folder, "")?)
     }

@@ -10,7 +10,7 @@ use crate::track::Instant;
 use nalgebra::{SVector, Vector3};
 use trueweld_core::{Frames, JOINTS, JointVector, Wrench};
 use trueweld_plant::cell::Cell;
-use trueweld_plant::integrate::substeps;
+use trueweld_plant::integrate::{TooFast, substeps};
 use trueweld_plant::robot::{Drives, INTERNAL_STATES, JointMotion, TiltMotion};
 
 /// Links (where bearings or base give, β of [`JointMotion`]), rates, effects' states, and place and velocity of what hangs on the tool.
@@ -27,6 +27,7 @@ const PATH_POSTURES: usize = 32;
 #[derive(Debug)]
 pub(crate) struct MovingArm<'a, P> {
     pub cell: &'a Cell,
+    pub joint_names: &'a [String; JOINTS],
     pub foreign: Option<&'a OutOfLibrary>,
     pub path: &'a P,
 }
@@ -57,7 +58,9 @@ impl<P: EncoderPath> MovingArm<'_, P> {
         let count = ((end - start) / step).round() as usize;
         let along = |k: usize| start + (end - start) * k as f64 / PATH_POSTURES as f64;
         let postures = (0..=PATH_POSTURES).map(|k| self.path.at(along(k)).angle);
-        let substeps = substeps(&self.cell.robot, postures, step, step)?;
+        let told = |mode: TooFast| mode.told(&self.joint_names[mode.0.joint]);
+        let substeps = substeps(&self.cell.robot, postures, step, step)
+            .map_err(|mode| CampaignError::TooFast(told(mode)))?;
         let h = step / substeps as f64;
         let mut instants = Vec::with_capacity(count + 1);
         for k in 0..=count {

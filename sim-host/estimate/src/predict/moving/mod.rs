@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 pub use swing::StartSwing;
-use swing::{Elsewhere, Swing};
+use swing::{Elsewhere, Swing, SwingGain};
 use trueweld_core::JointVector;
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_logs::channel::LogChannel;
@@ -103,7 +103,7 @@ pub(super) struct DynamicPrediction {
     /// forget.
     even: Vec<Motors>,
     /// How the links swing at the first row is fitted, where a ring-down begins after its stop.
-    swing: Option<Swing>,
+    swing: Option<(Swing, SwingGain)>,
     /// True where motors move at the first row.
     motors_move: bool,
     /// Jerk of the motors at the first row, rad/s³, where a free motion's log begins in motion.

@@ -1,7 +1,7 @@
 //! How the links swing where a ring-down begins after its stop: told by what the tracker saw first.
 
 use super::super::{BaselineModel, LinkMotion, known};
-use super::swing::{Elsewhere, StartSwing, Swing};
+use super::swing::{Elsewhere, StartSwing, Swing, SwingGain};
 use super::{DynamicPrediction, Links};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -26,13 +26,13 @@ const START_SWING_FALL_MIN: f64 = 60.0;
 const START_MOTOR_RATE_CHANGE: f64 = 5e-3;
 
 impl DynamicPrediction {
-    /// How the start of the links is told; `None` where the arm does not swing when the log begins.
+    /// How the start of the links is told, under the model without its effects; `None` where the arm does not swing when the log begins.
     pub(super) fn swing(
         &self,
         log: &Log,
         noise: &NoiseLevels,
         model: &BaselineModel,
-    ) -> Option<Swing> {
+    ) -> Option<(Swing, SwingGain)> {
         let position = self.position.as_ref()?;
         let level = known(&noise.position, log, LogChannel::Position).ok()?;
         let frames = model.robot.frames(&self.drive[0].angle);
@@ -48,7 +48,7 @@ impl DynamicPrediction {
         }
         let robot = ElasticRobot::with_effects(&model.robot, &[], None).ok()?;
         let variance = [0, 1, 2].map(|c| level[c].deviation.powi(2));
-        let mut swing = Swing { rows, lowest, variance, gain: DMatrix::zeros(0, 0) };
+        let swing = Swing { rows, lowest, variance };
         let substeps = self.substeps(&robot).ok()?;
         let memory = [0.0; INTERNAL_STATES];
         let (slopes, plain) = self.swing_slopes(&robot, &swing, &memory, substeps)?;
@@ -63,49 +63,45 @@ impl DynamicPrediction {
         if explained(0)? - explained(12)? < START_SWING_FALL_MIN {
             return None;
         }
-        swing.gain = swing.gain(&slopes)?;
-        Some(swing)
+        let gain = swing.gain(&slopes)?;
+        Some((swing, gain))
     }
 
-    /// How the links swing at the first row under a model: from where they do under one not far from
-    /// it, and by the slopes there, or by those of the model without its effects, as long as these
-    /// bring the start to where nothing moves it; else by its own. `links`: those that start so.
+    /// How the links swing at the first row under a model: by the slopes of one not far from it, or
+    /// of the model without its effects, as long as these bring the start to where nothing moves it;
+    /// else by its own. `links`: those that start so.
     pub(super) fn begun(
         &self,
         robot: &ElasticRobot,
-        swing: &Swing,
+        (swing, plain): &(Swing, SwingGain),
         memory: &Memory,
         known: Option<&StartSwing>,
         links: &impl Fn(&Elsewhere) -> Links,
         substeps: usize,
     ) -> StartSwing {
-        let settled = |mut begun: StartSwing| {
-            for _ in 0..START_FIT_ROUNDS {
-                let Some(left) = self.first_residual(robot, &swing.rows, links(&begun.elsewhere))
-                else {
-                    break;
-                };
-                let by = Elsewhere::from_column_slice((&begun.gain * left).as_slice());
-                begun.elsewhere += by;
-                if swing.has_settled(&by) {
-                    return Ok(begun);
-                }
-            }
-            Err(begun)
+        let settles = |begun: &mut StartSwing| {
+            (0..START_FIT_ROUNDS).any(|_| {
+                let left = self.first_residual(robot, &swing.rows, links(&begun.elsewhere));
+                let by = left.map(|left| begun.gain.step(&begun.elsewhere, &left));
+                by.is_none_or(|by| {
+                    begun.elsewhere += by;
+                    swing.has_settled(&by)
+                })
+            })
         };
-        let plain = || StartSwing { elsewhere: Elsewhere::zeros(), gain: swing.gain.clone() };
-        let first = known.cloned().unwrap_or_else(plain);
-        let from = first.elsewhere;
-        settled(first).unwrap_or_else(|unsettled| {
+        // From nothing, so that it does not depend on where another model's links started.
+        let from = Elsewhere::zeros();
+        let gain = known.map_or(plain, |known| &known.gain).clone();
+        let mut begun = StartSwing { elsewhere: from, gain };
+        if !settles(&mut begun) {
             let slopes = self.swing_slopes(robot, swing, memory, substeps);
-            match slopes.and_then(|(slopes, _)| swing.gain(&slopes)) {
-                // What is no straight line swings about its start a little.
-                Some(gain) => {
-                    settled(StartSwing { elsewhere: from, gain }).unwrap_or_else(|begun| begun)
-                }
-                None => unsettled,
+            if let Some(gain) = slopes.and_then(|(slopes, _)| swing.gain(&slopes)) {
+                begun = StartSwing { elsewhere: from, gain };
+                // What is no straight line may swing about its start a little.
+                settles(&mut begun);
             }
-        })
+        }
+        begun
     }
 
     /// By how much the residuals of the first rows fall with the links starting elsewhere, a column

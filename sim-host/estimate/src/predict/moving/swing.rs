@@ -1,6 +1,6 @@
 //! What the tracker's first rows tell of how the links swing.
 
-use nalgebra::{DMatrix, SVector};
+use nalgebra::{DMatrix, DVector, SVector};
 
 /// Links that start elsewhere than the motors' motion asks for: angles, rad, then rates, rad/s.
 pub(super) type Elsewhere = SVector<f64, 12>;
@@ -10,8 +10,26 @@ pub(super) type Elsewhere = SVector<f64, 12>;
 pub struct StartSwing {
     /// Where they start.
     pub(super) elsewhere: Elsewhere,
-    /// The slopes that told it: see [`Swing::gain`].
-    pub(super) gain: DMatrix<f64>,
+    /// How it was told.
+    pub(super) gain: SwingGain,
+}
+
+/// How the start of the links follows from what is left of the first rows: a step of Gauss and Newton
+/// towards the likeliest start, of which it is known how far off it may be.
+#[derive(Debug, Clone)]
+pub(super) struct SwingGain {
+    /// Angles, rad, and rates, rad/s, per residual of the tracker's position at these rows.
+    by_residual: DMatrix<f64>,
+    /// By how much they are drawn back, per angle and rate.
+    by_start: DMatrix<f64>,
+}
+
+impl SwingGain {
+    /// The step from a start with what it leaves.
+    pub(super) fn step(&self, elsewhere: &Elsewhere, left: &DVector<f64>) -> Elsewhere {
+        let step = &self.by_residual * left - &self.by_start * elsewhere;
+        Elsewhere::from_column_slice(step.as_slice())
+    }
 }
 
 /// How what was seen in the first rows tells the start of the links.
@@ -22,9 +40,6 @@ pub(super) struct Swing {
     pub(super) lowest: f64,
     /// Variance of the tracker's position, m².
     pub(super) variance: [f64; 3],
-    /// Angles, rad, and rates, rad/s, by which the links start elsewhere, per residual of the
-    /// tracker's position at these rows.
-    pub(super) gain: DMatrix<f64>,
 }
 
 impl Swing {
@@ -50,11 +65,14 @@ impl Swing {
     }
 
     /// What residuals tell of the start, by these slopes.
-    pub(super) fn gain(&self, slopes: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    pub(super) fn gain(&self, slopes: &DMatrix<f64>) -> Option<SwingGain> {
         let (weighted, normal) = self.normal(slopes);
-        let mut gain = normal.cholesky()?.solve(&weighted.transpose()).rows(0, 12).into_owned();
-        (0..12).for_each(|k| gain.row_mut(k).scale_mut(self.size(k)));
-        Some(gain)
+        let inverse = normal.cholesky()?.inverse();
+        let mut by_residual = inverse.rows(0, 12) * weighted.transpose();
+        (0..12).for_each(|k| by_residual.row_mut(k).scale_mut(self.size(k)));
+        let by_start =
+            DMatrix::from_fn(12, 12, |i, k| inverse[(i, k)] * self.size(i) / self.size(k));
+        Some(SwingGain { by_residual, by_start })
     }
 }
 
