@@ -259,7 +259,7 @@ pub fn diagnose(
     let (blocks, screened) = (&blocks, &screened);
     let ctx = SearchContext { problem, blocks, null: &null, given: &given, length, screened };
     let limits = screened.iter().map(|s| s.limit.clone()).collect();
-    let confusable = confuse::confusable(&ctx, &screened);
+    let confusable = confuse::confusable(&ctx, screened);
     let (mut chosen, mut alike): (Vec<Fitted>, Vec<Vec<Fitted>>) = (Vec::new(), Vec::new());
     if let Some(k) = best_that_counts(&ctx, &singles) {
         singles[..=k].rotate_right(1);

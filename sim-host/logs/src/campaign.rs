@@ -105,13 +105,16 @@ impl Campaign {
     }
 }
 
+/// A unit, where campaigns state theirs, and the folders of its campaigns.
+pub type UnitFolders = (Option<String>, Vec<PathBuf>);
+
 /// Folders by the unit that their campaigns are of, in the order given; one group without a name where
 /// no campaign states a unit, and one group where all are of the same.
 ///
 /// # Errors
 /// A `campaign.toml` that cannot be used; a folder of which the unit is not known among campaigns that
 /// state theirs.
-pub fn by_unit(paths: &[PathBuf]) -> Result<Vec<(Option<String>, Vec<PathBuf>)>, InputError> {
+pub fn by_unit(paths: &[PathBuf]) -> Result<Vec<UnitFolders>, InputError> {
     let mut stated = Vec::with_capacity(paths.len());
     for path in paths {
         let folder = folder_of(path);
@@ -139,7 +142,7 @@ pub fn by_unit(paths: &[PathBuf]) -> Result<Vec<(Option<String>, Vec<PathBuf>)>,
             return Err(Source::new(&file.display().to_string(), "").error_of_file(message, help));
         }
     }
-    let mut groups: Vec<(Option<String>, Vec<PathBuf>)> = Vec::new();
+    let mut groups: Vec<UnitFolders> = Vec::new();
     let only = named.first().filter(|_| named.len() == 1).map(|unit| (*unit).clone());
     for ((unit, ..), path) in stated.iter().zip(paths) {
         let unit = unit.clone().or(only.clone());
