@@ -237,6 +237,7 @@ def results_stub() -> str:
     """The stub of that module: the names of every part of a result, with types and meanings."""
     parts: dict[str, str] = {}
     bodies: list[str] = []
+    tops = [class_name(path.stem) for path in SCHEMAS]
     for path in SCHEMAS:
         schema = json.loads(path.read_text())
         definitions = {name: json.dumps(of, sort_keys=True) for name, of in schema.get("$defs", {}).items()}
@@ -244,7 +245,7 @@ def results_stub() -> str:
         classes = {}
         for name, text in definitions.items():
             # One name may mean another part in another result: it has the result's name before it then.
-            is_other = parts.get(name, text) != text or name in (top, "Record", "Result")
+            is_other = parts.get(name, text) != text or name in ("Record", "Result", *tops)
             classes[name] = top.removesuffix("Result") + name if is_other else name
         for name, text in definitions.items():
             if classes[name] not in parts:

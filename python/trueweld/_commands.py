@@ -479,10 +479,14 @@ def improve(
 ) -> ImproveResult:
     """Add what is missing to a model, refit it, and write it.
 
+    Campaigns of several units of one type (`unit` in campaign.toml): also what they share, how far
+    they spread and which is an outlier.
+
     As the command ``trueweld improve``.
 
     :param logs: Folders of logs or of campaigns.
-    :param out: Where to write the improved model.
+    :param out: Where to write the improved model; of several units, the folder for the file of
+        each.
     :param model: Model file (default: the campaign's).
     :param held_out: Log or campaign that is judged by and not fitted; may be given several times
         (default: blocks in time of the LOGs).

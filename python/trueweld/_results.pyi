@@ -2065,13 +2065,13 @@ class FleetUnit(Record):
     """A unit."""
 
     @property
-    def result(self) -> ImproveResult:
+    def result(self) -> ImproveFleetImproveResult:
         """What `improve` finds of it alone."""
     @property
     def unit(self) -> str:
         """Its name."""
 
-class ImproveResult(Record):
+class ImproveFleetImproveResult(Record):
     """A model improved."""
 
     @property
