@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 use trueweld_estimate::fit::calibration::is_calibration;
 use trueweld_estimate::fit::covariance::{columns, long_run_ratios};
 use trueweld_estimate::fit::{self, FitProblem, Fitted, Residuals};
-use trueweld_estimate::predict::{ComparedQuantity, PreparedLog};
+use trueweld_estimate::predict::{Compared, ComparedQuantity, PreparedLog};
 use trueweld_plant::effects::{Effect, Location, Parameter, Role};
 
 /// Evidence from which on an explanation counts, nats: a hundred to one, which is called decisive
@@ -52,6 +52,15 @@ pub(crate) struct RivalNoise<'p> {
 impl<'p> RivalNoise<'p> {
     /// Of what the best rival leaves.
     pub(crate) fn left_by(problem: &'p FitProblem, best: &Residuals) -> Self {
+        Self::at_least(problem, best, |_| 1.0)
+    }
+
+    /// The same; `least`: the least variance of a value, as a share of what it was weighed by.
+    fn at_least(
+        problem: &'p FitProblem,
+        best: &Residuals,
+        least: impl Fn(&Compared) -> f64,
+    ) -> Self {
         let columns = columns(problem);
         let of_log = |(log, experiment): (usize, &PreparedLog)| {
             let left = &best[log].residual;
@@ -75,8 +84,9 @@ impl<'p> RivalNoise<'p> {
                 let known = 0.5 / (error * error);
                 let (square, count) = sums[&(c.quantity, c.component)];
                 let worth = count / ratio[k];
-                let variance = (known + square / ratio[k]) / (known + worth);
-                1.0 / (variance.max(1.0) * ratio[k])
+                let least = least(c);
+                let variance = (known * least + square / ratio[k]) / (known + worth);
+                1.0 / (variance.max(least) * ratio[k])
             };
             (0..left.len()).map(of_value).collect()
         };
@@ -94,6 +104,11 @@ impl<'p> RivalNoise<'p> {
         0.5 * fall
     }
 
+    fn evidence_over(&self, null: &Fitted, fitted: &Fitted) -> f64 {
+        let blocks = fit::blocks_of(self.problem);
+        self.evidence(&blocks, (null, &null.residuals_from_others(&blocks)), fitted)
+    }
+
     /// Evidence for what `fitted` has and `null` has not, nats. `before`: what the null leaves of blocks
     /// that were left out.
     pub(crate) fn evidence(
@@ -108,18 +123,17 @@ impl<'p> RivalNoise<'p> {
     }
 }
 
-/// Evidence for what a fit with more effects has more than another, by the noise of what it leaves.
-pub(crate) fn evidence_over(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> f64 {
-    let blocks = fit::blocks_of(problem);
-    let before = null.residuals_from_others(&blocks);
-    let noise = RivalNoise::left_by(problem, &fitted.residuals);
-    noise.evidence(&blocks, (null, &before), fitted)
-}
-
 /// True where a fit with more effects than another explains more than chance makes of any that were
 /// tried, on blocks that were left out.
 pub(crate) fn is_significant(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> bool {
-    evidence_over(problem, null, fitted) > DECISIVE
+    RivalNoise::left_by(problem, &fitted.residuals).evidence_over(null, fitted) > DECISIVE
+}
+
+/// Evidence for what a fit with more effects has more than another, by the noise alone: an accuracy
+/// that is asked for says what matters, not what shows.
+pub(crate) fn evidence_in_noise(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> f64 {
+    let of_noise = |c: &Compared| 1.0 - (c.accuracy / c.deviation).powi(2);
+    RivalNoise::at_least(problem, &fitted.residuals, of_noise).evidence_over(null, fitted)
 }
 
 /// The same of residuals as they are, of two models that were not fitted to them by more than a few

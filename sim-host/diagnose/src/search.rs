@@ -2,7 +2,7 @@
 
 use super::confuse::Confusable;
 use super::found::{FittedEffect, found_effects};
-use super::log_evidence::{NAMED, RivalNoise, evidence_over, is_of_library, is_significant};
+use super::log_evidence::{NAMED, RivalNoise, evidence_in_noise, is_of_library, is_significant};
 use super::rules::{self, noise_excess};
 use super::screen::{ScreenedEffect, Screening, SearchContext, likeliest, screen_again};
 use nalgebra::DVector;
@@ -442,7 +442,7 @@ pub(super) fn add_effects(ctx: &SearchContext<'_>, single: Fitted) -> Explained 
 /// with another in its place that the data do not tell from it. Every effect must earn its place: one
 /// that the others do as well without is dropped; of two effects, either of which does what both do,
 /// none is. A fit may be at the floor already: how high that lies is known less well than what a
-/// second effect brings. An effect that would not be named for its faintness is none to be added.
+/// second effect brings. One that would not be named for its faintness is none to be added.
 fn add_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted, Vec<Fitted>)> {
     let problem = ctx.problem;
     let counts = |more: &Fitted| is_significant(problem, fitted, more);
@@ -458,7 +458,7 @@ fn add_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Option<(Fitted, Fitte
     // for any effect to mend.
     let enough = noise_excess(problem, &more.residuals)
         <= rules::HALVED * noise_excess(problem, &before.residuals);
-    if !enough || is_of_library(evidence_over(problem, &before, &more)) < NAMED {
+    if !enough || is_of_library(evidence_in_noise(problem, &before, &more)) < NAMED {
         return None;
     }
     let own = |i: &usize| !is_calibration(more.point.shared[*i].kind);
