@@ -10,6 +10,7 @@
 //! of its own (zeros, registrations, how the tool is mounted).
 
 use crate::improve::{Improvement, ImprovementStep, is_renewed};
+use crate::log_evidence::DECISIVE;
 use crate::posterior::of_fit;
 use crate::{DiagnosisVerdict, FittedEffect};
 use trueweld_estimate::fit::calibration::{calibrations, in_proportion, is_calibration};
@@ -19,9 +20,6 @@ use trueweld_estimate::random_effects::{LeftOutUnit, RandomEffects, UnitValue};
 use trueweld_logs::log::Log;
 use trueweld_plant::effects::{Effect, Parameter, Role};
 use trueweld_plant::input::{Posterior, RobotFile};
-
-/// Odds from which on something is said to be so, as where an effect is named.
-const SURE_ODDS: f64 = 100.0;
 
 /// Cost by which a fit with more effects may end above one with fewer and still be at its least: each
 /// ends where half of that is promised.
@@ -175,7 +173,7 @@ impl Fleet {
             parameters.flat_map(|parameter| parameter.left_out.iter().flatten()).count()
         };
         let judged = distances(&self.effects) + distances(&self.calibrations);
-        let surprise = 1.0 / (SURE_ODDS * judged.max(1) as f64);
+        let surprise = (-DECISIVE).exp() / judged.max(1) as f64;
         let far = |all: &[FleetEffect], unit: usize| -> Vec<(usize, usize)> {
             let is_far = |parameter: &FleetParameter| {
                 parameter.left_out[unit].is_some_and(|of| of.probability < surprise)
@@ -374,13 +372,13 @@ fn presence(
         };
         let odds = |away: f64, deviation: f64| 0.5 * (away / deviation).powi(2);
         let there = odds(own.value - nothing, own.deviation);
-        if there > SURE_ODDS.ln() {
+        if there > DECISIVE {
             return Presence::Measured;
         }
         let others = values.iter().zip(named).filter(|(_, named)| **named);
         let others = others.filter_map(|(value, _)| *value);
         let nearest = others.map(|o| odds(own.value - o.value, own.deviation.hypot(o.deviation)));
-        if nearest.reduce(f64::min).is_some_and(|nearest| nearest - there > SURE_ODDS.ln()) {
+        if nearest.reduce(f64::min).is_some_and(|nearest| nearest - there > DECISIVE) {
             presence = Presence::Absent;
         }
     }

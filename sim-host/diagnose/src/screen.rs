@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 use trueweld_estimate::fit::calibration::is_calibration;
 use trueweld_estimate::fit::{
-    self, EffectScope, Eliminated, FitProblem, Fitted, FreeParameter, Slopes,
+    self, EffectScope, FitProblem, Fitted, FreeParameter, ReducedFit, Slopes,
 };
 use trueweld_plant::effects::{Effect, EffectKind, Location, Parameter, Role, library};
 
@@ -111,15 +111,15 @@ impl SearchContext<'_> {
 /// Effects beside what the fits of a search leave of their residuals.
 pub(crate) struct Screening<'a> {
     ctx: SearchContext<'a>,
-    null: Eliminated<'a>,
-    given: Option<Eliminated<'a>>,
+    null: ReducedFit<'a>,
+    given: Option<ReducedFit<'a>>,
 }
 
 impl<'a> Screening<'a> {
     /// `None` where the calibrations are not determined.
     pub(crate) fn of(ctx: &SearchContext<'a>) -> Option<Self> {
-        let null = Eliminated::of(ctx.null)?;
-        Some(Self { ctx: *ctx, null, given: Eliminated::of(ctx.given) })
+        let null = ReducedFit::of(ctx.null)?;
+        Some(Self { ctx: *ctx, null, given: ReducedFit::of(ctx.given) })
     }
 
     /// Screens one effect at one place with all its shapes; the best of them. `None` where the logs
@@ -314,7 +314,7 @@ impl<'a> Screening<'a> {
 /// By how much the sum of squares falls with these slopes beside all that is free, the step that does
 /// it, and its deviations.
 fn gain_beside(
-    base: &Eliminated<'_>,
+    base: &ReducedFit<'_>,
     more: &[Slopes],
 ) -> Option<(f64, DVector<f64>, DVector<f64>)> {
     let beside = base.beside(more);

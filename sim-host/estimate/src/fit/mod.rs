@@ -18,7 +18,7 @@ pub use effects::is_own_and_nothing;
 pub use effects::{PerLogEffect, SortedEffects};
 pub use linear::Factor;
 pub use linear::{HeldOutPrior, LeastSquaresStep, Linear};
-pub use schur::{Eliminated, Quadratic, ReducedNormal, SchurComplement};
+pub use schur::{Quadratic, ReducedFit, ReducedNormal, SchurComplement};
 pub use solver::{Fitted, SolverOptions, Termination, fit};
 
 use crate::predict::{

@@ -104,12 +104,12 @@ impl Elimination {
 /// All values of a fit, ready to be taken out of models that have a few more beside them, over all
 /// blocks together.
 #[derive(Debug)]
-pub struct Eliminated<'a> {
+pub struct ReducedFit<'a> {
     fitted: &'a Fitted,
     all: Option<Elimination>,
 }
 
-impl<'a> Eliminated<'a> {
+impl<'a> ReducedFit<'a> {
     /// `None` where the values are not determined.
     pub fn of(fitted: &'a Fitted) -> Option<Self> {
         if fitted.slopes.is_empty() {
@@ -398,7 +398,7 @@ mod tests {
             cost: 0.0,
             termination: Termination::Converged,
         };
-        let few = Eliminated::of(&fitted).unwrap().beside(&more);
+        let few = ReducedFit::of(&fitted).unwrap().beside(&more);
         let step = few.least().unwrap();
         assert!((few.at(&step) + fall).abs() < 1e-9 * fall, "{} for {fall}", few.at(&step));
         assert!((step[0] - after.step[2]).abs() < 1e-9 * step[0].abs());

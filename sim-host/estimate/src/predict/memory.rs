@@ -100,7 +100,7 @@ pub(super) fn at_the_start(
     let known =
         near.and_then(|n| n.start.as_ref()).filter(|fit| slots(&fit.gears) == slots(&gears));
     let mut states = known.map_or_else(|| DVector::zeros(gears.len()), |fit| fit.states.clone());
-    let swing = near.and_then(|near| near.swing.as_deref());
+    let swing = near.and_then(|near| near.swing.as_ref());
     let memory = |states: &DVector<f64>| StartFit::memory(&gears, states);
     let Some(mut motion) = experiment.follow(robot, &memory(&states), swing, None)? else {
         return Ok(None);
@@ -114,7 +114,7 @@ pub(super) fn at_the_start(
     };
     let follow = |robot: &mut ElasticRobot, states: &DVector<f64>, before: &LinkMotion| {
         let followed =
-            experiment.follow(robot, &memory(states), before.swing.as_deref(), Some(before))?;
+            experiment.follow(robot, &memory(states), before.swing.as_ref(), Some(before))?;
         Ok::<LinkMotion, PredictError>(followed.unwrap_or_else(|| before.clone()))
     };
     let mut left = residual(robot, &motion);

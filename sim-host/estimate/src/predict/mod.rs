@@ -29,7 +29,7 @@ pub(crate) use columns::period;
 pub use compared::{Compared, ComparedQuantity};
 pub(crate) use contact::Folded;
 pub use memory::{StartFit, StartState};
-pub use moving::StartSwing;
+pub use moving::SwingGain;
 pub(crate) use standing::with_payload;
 
 use clock::{Late, OpenClock};
@@ -105,8 +105,8 @@ pub struct LinkMotion {
     pub in_backlash: Vec<[bool; JOINTS]>,
     /// What the gears remember at every instant; empty where none does.
     pub memory: Vec<Memory>,
-    /// How links swing that do so when a log begins.
-    pub swing: Option<Arc<StartSwing>>,
+    /// What told how links swing that do so when a log begins.
+    pub swing: Option<Arc<SwingGain>>,
     /// What gears were found to remember when the log begins; `None` where none remembers, or it
     /// begins at rest without a load.
     pub start: Option<Arc<StartFit>>,
@@ -418,7 +418,7 @@ impl PreparedLog {
         match memory::at_the_start(self, robot, near, held)? {
             Some(motion) => Ok(Some(motion)),
             None => {
-                let swing = near.and_then(|near| near.swing.as_deref());
+                let swing = near.and_then(|near| near.swing.as_ref());
                 self.follow(robot, &[0.0; INTERNAL_STATES], swing, None)
             }
         }
@@ -431,7 +431,7 @@ impl PreparedLog {
         &self,
         robot: &mut ElasticRobot,
         memory: &Memory,
-        swing: Option<&StartSwing>,
+        swing: Option<&Arc<SwingGain>>,
         before: Option<&LinkMotion>,
     ) -> Result<Option<LinkMotion>, PredictError> {
         match (&self.standing, &self.moving) {

@@ -12,8 +12,8 @@ use super::{BaselineModel, Compared, LinkMotion, PredictError, known};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 use std::sync::Arc;
-pub use swing::StartSwing;
-use swing::{Elsewhere, Swing, SwingGain};
+pub use swing::SwingGain;
+use swing::{Elsewhere, Swing};
 use trueweld_core::JointVector;
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_logs::channel::LogChannel;
@@ -103,7 +103,7 @@ pub(super) struct DynamicPrediction {
     /// forget.
     even: Vec<Motors>,
     /// How the links swing at the first row is fitted, where a ring-down begins after its stop.
-    swing: Option<(Swing, SwingGain)>,
+    swing: Option<(Swing, Arc<SwingGain>)>,
     /// True where motors move at the first row.
     motors_move: bool,
     /// Jerk of the motors at the first row, rad/s³, where a free motion's log begins in motion.
@@ -376,7 +376,7 @@ impl DynamicPrediction {
         &self,
         robot: &ElasticRobot,
         memory: &Memory,
-        known: Option<&StartSwing>,
+        known: Option<&Arc<SwingGain>>,
         before: Option<&LinkMotion>,
         substeps: usize,
     ) -> Result<LinkMotion, Diverged> {
@@ -386,11 +386,10 @@ impl DynamicPrediction {
             Links::new(robot, start, in_backlash.clone(), substeps)
         };
         let begin = |swing| self.begun(robot, swing, memory, known, &links, substeps);
-        let begun = self.swing.as_ref().map(begin);
-        let elsewhere = begun.as_ref().map_or_else(Elsewhere::zeros, |begun| begun.elsewhere);
-        let begun = begun.map(Arc::new);
+        let (elsewhere, swing) = self.swing.as_ref().map(begin).unzip();
+        let elsewhere = elsewhere.unwrap_or_else(Elsewhere::zeros);
         let mut motion =
-            LinkMotion { swing: begun, ..LinkMotion::new(self.time.len(), in_backlash.is_some()) };
+            LinkMotion { swing, ..LinkMotion::new(self.time.len(), in_backlash.is_some()) };
         self.go_through(robot, links(&elsewhere), before, &mut motion)?;
         Ok(motion)
     }

@@ -1,10 +1,11 @@
 //! How the links swing where a ring-down begins after its stop: told by what the tracker saw first.
 
 use super::super::{BaselineModel, LinkMotion, known};
-use super::swing::{Elsewhere, StartSwing, Swing, SwingGain};
+use super::swing::{Elsewhere, Swing, SwingGain};
 use super::{DynamicPrediction, Links};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
+use std::sync::Arc;
 use trueweld_logs::channel::LogChannel;
 use trueweld_logs::log::Log;
 use trueweld_logs::noise::NoiseLevels;
@@ -32,7 +33,7 @@ impl DynamicPrediction {
         log: &Log,
         noise: &NoiseLevels,
         model: &BaselineModel,
-    ) -> Option<(Swing, SwingGain)> {
+    ) -> Option<(Swing, Arc<SwingGain>)> {
         let position = self.position.as_ref()?;
         let level = known(&noise.position, log, LogChannel::Position).ok()?;
         let frames = model.robot.frames(&self.drive[0].angle);
@@ -64,7 +65,7 @@ impl DynamicPrediction {
             return None;
         }
         let gain = swing.gain(&slopes)?;
-        Some((swing, gain))
+        Some((swing, Arc::new(gain)))
     }
 
     /// How the links swing at the first row under a model: by the slopes of one not far from it, or
@@ -73,35 +74,36 @@ impl DynamicPrediction {
     pub(super) fn begun(
         &self,
         robot: &ElasticRobot,
-        (swing, plain): &(Swing, SwingGain),
+        (swing, plain): &(Swing, Arc<SwingGain>),
         memory: &Memory,
-        known: Option<&StartSwing>,
+        known: Option<&Arc<SwingGain>>,
         links: &impl Fn(&Elsewhere) -> Links,
         substeps: usize,
-    ) -> StartSwing {
-        let settles = |begun: &mut StartSwing| {
-            (0..START_FIT_ROUNDS).any(|_| {
-                let left = self.first_residual(robot, &swing.rows, links(&begun.elsewhere));
-                let by = left.map(|left| begun.gain.step(&begun.elsewhere, &left));
+    ) -> (Elsewhere, Arc<SwingGain>) {
+        // From nothing, so that it does not depend on where another model's links started; and whether
+        // it settled.
+        let settled = |gain: &SwingGain| {
+            let mut elsewhere = Elsewhere::zeros();
+            let settled = (0..START_FIT_ROUNDS).any(|_| {
+                let left = self.first_residual(robot, &swing.rows, links(&elsewhere));
+                let by = left.map(|left| gain.step(&elsewhere, &left));
                 by.is_none_or(|by| {
-                    begun.elsewhere += by;
+                    elsewhere += by;
                     swing.has_settled(&by)
                 })
-            })
+            });
+            (elsewhere, settled)
         };
-        // From nothing, so that it does not depend on where another model's links started.
-        let from = Elsewhere::zeros();
-        let gain = known.map_or(plain, |known| &known.gain).clone();
-        let mut begun = StartSwing { elsewhere: from, gain };
-        if !settles(&mut begun) {
+        let gain = known.unwrap_or(plain);
+        let (elsewhere, is_settled) = settled(gain);
+        if !is_settled {
             let slopes = self.swing_slopes(robot, swing, memory, substeps);
             if let Some(gain) = slopes.and_then(|(slopes, _)| swing.gain(&slopes)) {
-                begun = StartSwing { elsewhere: from, gain };
                 // What is no straight line may swing about its start a little.
-                settles(&mut begun);
+                return (settled(&gain).0, Arc::new(gain));
             }
         }
-        begun
+        (elsewhere, gain.clone())
     }
 
     /// By how much the residuals of the first rows fall with the links starting elsewhere, a column

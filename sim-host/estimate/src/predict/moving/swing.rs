@@ -5,19 +5,10 @@ use nalgebra::{DMatrix, DVector, SVector};
 /// Links that start elsewhere than the motors' motion asks for: angles, rad, then rates, rad/s.
 pub(super) type Elsewhere = SVector<f64, 12>;
 
-/// How the links swing when a log begins, under a model.
-#[derive(Debug, Clone)]
-pub struct StartSwing {
-    /// Where they start.
-    pub(super) elsewhere: Elsewhere,
-    /// How it was told.
-    pub(super) gain: SwingGain,
-}
-
 /// How the start of the links follows from what is left of the first rows: a step of Gauss and Newton
 /// towards the likeliest start, of which it is known how far off it may be.
 #[derive(Debug, Clone)]
-pub(super) struct SwingGain {
+pub struct SwingGain {
     /// Angles, rad, and rates, rad/s, per residual of the tracker's position at these rows.
     by_residual: DMatrix<f64>,
     /// By how much they are drawn back, per angle and rate.
