@@ -209,15 +209,16 @@ def test_the_log_of_a_campaign_is_arrays() -> None:
 
 def test_the_import_is_short_and_brings_numpy_alone() -> None:
     code = (
-        "import sys, time; begun = time.process_time(); import trueweld; print(time.process_time() - begun);"
-        " assert not {'pandas', 'polars', 'matplotlib', 'gymnasium', 'xarray'} & set(sys.modules)"
+        "import sys, time; now = time.process_time; a = now(); import numpy; b = now(); import trueweld; c = now();"
+        " assert not {'pandas', 'polars', 'matplotlib', 'gymnasium', 'xarray'} & set(sys.modules);"
+        " print((c - b) / (b - a))"
     )
-    times = [
+    shares = [
         float(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout)
         for _ in range(5)
     ]
-    # Time of the processor: whatever else the machine does.
-    assert min(times) < 0.15
+    # Of NumPy's own time, which grows as this one does where the machine is busy.
+    assert min(shares) < 1.0
 
 
 def test_what_is_generated_is_of_this_program() -> None:

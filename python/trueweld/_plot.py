@@ -256,12 +256,43 @@ def _study_sensitivity(result: Result, ax: Axes) -> int:
     return len(indices)
 
 
+def _improve_fleet(result: Result, ax: Axes) -> int:
+    """Each unit's values with their intervals, over the largest of the units'."""
+    units = [of.unit for of in result.units]
+    rows = [(of, parameter) for of in [*result.effects, *result.calibration] for parameter in of.parameters]
+    names: list[str] = []
+    for k, unit in enumerate(units):
+        ax.plot([], [], "o", color=_COLOURS[k % 7], ms=4, label=unit)
+    for of, parameter in rows:
+        values = [value for value in parameter.units if value is not None]
+        scale = max((abs(value.value) for value in values), default=0.0) or 1.0
+        if not values:
+            continue
+        row = len(names)
+        names.append(f"{of.effect}{f' at {of.at}' if of.at else ''}: {parameter.name}")
+        for k, value in enumerate(parameter.units):
+            if value is None:
+                continue
+            # Units of one row stand below each other.
+            at = row + 0.6 * ((k + 0.5) / len(units) - 0.5)
+            ends = np.clip([value.low / scale, value.high / scale], -2.0, 2.0)
+            ax.plot(ends, [at, at], color=_COLOURS[k % 7], lw=1)
+            ax.plot(value.value / scale, at, "o", color=_COLOURS[k % 7], ms=4)
+    ax.set_yticks(range(len(names)), names)
+    ax.invert_yaxis()
+    ax.axvline(0.0, color="#6e6e6e", lw=0.5)
+    ax.set(xlabel="value and 95 % interval, over the largest of the units'", xlim=(-2.05, 2.05))
+    ax.legend(frameon=False)
+    return 2 * len(names)
+
+
 _PICTURES: dict[str, Callable[[Result, Axes], int | None]] = {
     "weld-result": _weld,
     "step-result": _step,
     "compare": _compare,
     "diagnose": _diagnose,
     "improve": _improve,
+    "improve-fleet": _improve_fleet,
     "certify": _certify,
     "compare-laws": _compare_laws,
     "record": _record,
@@ -281,6 +312,5 @@ _WITHOUT = {
     "check": "there is no picture of a check: it says of each file whether it is in order",
     "import-log": "there is no picture of an import: it says how each column is read",
     "compare-logs": "there is no picture of two logs but on the page: show the result, or write its page",
-    "improve-fleet": "there is no picture of a fleet but on the page: show the result, or write its page",
     "replay": "there is no picture of a replay: it says in which period a core first differs",
 }

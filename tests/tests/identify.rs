@@ -1,9 +1,10 @@
 //! What is identified from logs: numbers off by a factor of two, and an independent simulator's.
 
+use trueweld_estimate::identify::file::robot_text;
 use trueweld_estimate::identify::{IdentificationTarget, IdentifyError, identify};
 use trueweld_estimate::residuals::compare::Notice;
 use trueweld_logs::campaign::read_logs;
-use trueweld_plant::input::ModelFile;
+use trueweld_plant::input::{InputFile, ModelFile, RobotFile};
 use trueweld_tests::fixture;
 use trueweld_tests::identified::{Case, Seen, examine};
 
@@ -77,6 +78,44 @@ fn the_stiffness_behind_an_independent_simulators_loads_is_found() {
         assert!((high - low) / number.value < 0.05, "{number:?}");
     }
     assert!(found.curves.iter().all(|curve| curve.is_linear()), "{:?}", found.curves);
+}
+
+/// Drives that a file states to be rigid, and are not.
+#[test]
+fn a_spring_is_found_in_place_of_a_rigid_drive() {
+    let folder = fixture("campaigns/nothing-missing");
+    let truth = ModelFile::read(folder.join("model.toml")).expect("a model");
+    let (_, logs) = read_logs(std::slice::from_ref(&folder)).expect("logs");
+    let text = std::fs::read_to_string(folder.join("robot.toml")).expect("a robot");
+    let mut joint = 0;
+    let line = |line: &str| {
+        joint += usize::from(line == "[[joint]]");
+        match [1, 4].contains(&joint) {
+            true if line.starts_with("stiffness_nm_rad") => "stiffness_nm_rad = \"rigid\"".into(),
+            true if line.starts_with("damping_nms_rad") => String::new(),
+            _ => line.to_owned(),
+        }
+    };
+    let text: Vec<String> = text.lines().map(line).collect();
+    let place = tempfile::tempdir().expect("a folder");
+    let path = place.path().join("robot.toml");
+    std::fs::write(&path, text.join("\n")).expect("a robot");
+    let robot = RobotFile::read(&path).expect("a robot");
+    let rigid = ModelFile { robot, robot_path: path, ..truth.clone() };
+    let found =
+        identify(IdentificationTarget::Stiffness, &rigid, logs, &|_, _| ()).expect("identified");
+    assert!(found.score < 1.1, "{}", found.score);
+    for (j, (number, truth)) in found.numbers.iter().zip(&truth.robot.parameters.joints).enumerate()
+    {
+        let [low, high] = number.interval.expect("all joints are told");
+        assert!((low..=high).contains(&truth.stiffness), "{number:?}");
+        assert_eq!(number.given.is_nan(), [0, 3].contains(&j));
+    }
+    let to = place.path().join("found.toml");
+    let written = robot_text(&found, &to, &|_| String::new(), "").expect("a file");
+    let written = RobotFile::parse(&written, "found.toml").expect("a robot");
+    assert_eq!(written.rigid, [false; 6]);
+    assert_eq!(written.parameters, found.model.robot.parameters);
 }
 
 #[test]

@@ -634,10 +634,10 @@ fn is_named(found: &FittedEffect, name: (&str, Location)) -> bool {
 /// True where a fit predicts rows that were left out better than the model as it was given does.
 fn predicts_better(ctx: &SearchContext<'_>, before: &Residuals, fitted: &Fitted) -> bool {
     let SearchContext { problem, blocks, .. } = *ctx;
-    let owed = rules::prior_penalty(before, &fitted.residuals);
+    let penalty = rules::prior_penalty(before, &fitted.residuals);
     let before = rules::values_of(before);
     let after = fitted.residuals_from_others(blocks);
-    HeldOutGain::of(problem, blocks, &[before, after], owed).is_more_than_chance()
+    HeldOutGain::of(problem, blocks, &[before, after], penalty).is_more_than_chance()
 }
 
 /// True for a calibration of trackers whose frames were fitted: it is what that has left over.
@@ -670,7 +670,7 @@ fn weigh(
     let best = likeliest.evidence;
     // "None of these" stands beside them: with the calibrations alone, to which evidence is relative.
     let none = nothing.map_or(0.0, |nothing| {
-        let worse = (nothing - ctx.owed_cost(first)) / rules::variance_inflation(first);
+        let worse = (nothing - ctx.penalized_cost(first)) / rules::variance_inflation(first);
         candidates[0].evidence - 0.5 * worse
     });
     let none = match verdict {

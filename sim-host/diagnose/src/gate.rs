@@ -52,9 +52,9 @@ impl HeldOutGain {
         problem: &FitProblem,
         blocks: &[Vec<u8>],
         [before, after]: &[Vec<Vec<f64>>; 2],
-        owed: f64,
+        penalty: f64,
     ) -> Self {
-        let (mut fall, mut by_chance, mut alike) = (-owed, [0.0; BLOCKS], 0.0);
+        let (mut fall, mut by_chance, mut alike) = (-penalty, [0.0; BLOCKS], 0.0);
         for (log, experiment) in problem.logs.iter().enumerate() {
             let weights = evidence_weights(&experiment.compared);
             let values = experiment.compared.iter().zip(weights).zip(&blocks[log]);

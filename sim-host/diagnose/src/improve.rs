@@ -485,14 +485,14 @@ impl ImprovementPath<'_> {
         let gain = match (self.held_out, at_held_out, &self.at_held_out) {
             (Some(HeldOut { problem, .. }), Ok(Some(after)), Some(before)) => {
                 let blocks = fit::blocks_of(problem);
-                let owed = rules::prior_penalty(before, after);
-                HeldOutGain::of(problem, &blocks, &[values_of(before), values_of(after)], owed)
+                let penalty = rules::prior_penalty(before, after);
+                HeldOutGain::of(problem, &blocks, &[values_of(before), values_of(after)], penalty)
             }
             _ => {
                 let left = |fitted: &Fitted| fitted.residuals_from_others(self.blocks);
                 let left_before = self.reached.as_ref().map_or_else(|| values_of(before), left);
-                let owed = rules::prior_penalty(before, &fitted.residuals);
-                HeldOutGain::of(self.problem, self.blocks, &[left_before, left(fitted)], owed)
+                let penalty = rules::prior_penalty(before, &fitted.residuals);
+                HeldOutGain::of(self.problem, self.blocks, &[left_before, left(fitted)], penalty)
             }
         };
         (full.is_some() || added.iter().all(FittedEffect::is_told_from_nothing))

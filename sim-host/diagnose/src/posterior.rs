@@ -19,7 +19,7 @@ use trueweld_estimate::fit::{
 };
 use trueweld_estimate::predict::PredictError;
 use trueweld_logs::log::Log;
-use trueweld_plant::effects::{Action, Effect, EffectKind, Parameter, Role, library};
+use trueweld_plant::effects::{Action, Effect, EffectKind, Location, Parameter, Role, library};
 use trueweld_plant::input::{InputError, MeasuredNumber, Posterior, RobotFile};
 use trueweld_plant::provenance::{FileDigest, sha256};
 
@@ -89,7 +89,8 @@ pub fn of_fit(
     let mut point = full.point.clone();
     for effect in own_numbers(problem, &point) {
         let ranges: Vec<f64> = effect.kind.parameters.iter().map(range_deviation).collect();
-        point.add_expected(effect, &ranges);
+        let expected = problem.deviations(&effect, &ranges).to_vec();
+        point.add_expected(effect, &expected);
     }
     // With the slopes that are there: what is added is small, and residuals are in proportion to it.
     let options = SolverOptions::steps(POSTERIOR_FIT_STEPS, point.free.len());
@@ -145,12 +146,18 @@ fn own_numbers(problem: &FitProblem, point: &FitState) -> Vec<Effect> {
         let process = matches!(kind.action, Action::Process(_));
         (process || kind.adds_to.is_some()) && kind.parameters.iter().all(Parameter::is_size)
     };
-    let has = |effect: &Effect| {
+    let has = |id: &str, at: Location| {
         let mut all = point.shared.iter().chain(point.per_log.iter().flatten());
-        all.any(|e| (e.kind.id, e.at) == (effect.kind.id, effect.at))
+        all.any(|e| (e.kind.id, e.at) == (id, at))
+    };
+    // Friction that is a calibration is no number besides.
+    let has = |effect: &Effect| {
+        let friction = effect.kind.id == "joint-friction";
+        has(effect.kind.id, effect.at) || friction && has("friction-error", effect.at)
     };
     let kinds = library().filter(|kind| is_own(kind) && kind.calibration.is_none());
     let all = kinds.flat_map(|kind| kind.places().into_iter().map(|at| kind.neutral(at)));
+    let all = all.filter(|e| !problem.is_known(e.kind, e.at));
     all.filter(|e| !has(e) && problem.logs.iter().any(|log| log.concerns(e))).collect()
 }
 

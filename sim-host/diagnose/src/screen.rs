@@ -103,7 +103,7 @@ pub(crate) struct SearchContext<'a> {
 
 impl SearchContext<'_> {
     /// Cost of a fit without what is no evidence beside calibrations alone.
-    pub(super) fn owed_cost(&self, fitted: &Fitted) -> f64 {
+    pub(super) fn penalized_cost(&self, fitted: &Fitted) -> f64 {
         fitted.cost + rules::prior_penalty(&self.null.residuals, &fitted.residuals)
     }
 }

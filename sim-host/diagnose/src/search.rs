@@ -468,8 +468,9 @@ fn add_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Option<(Fitted, Fitte
     match (0..last).filter(own).find_map(spare) {
         None => {
             let beside = SearchContext { null: &before, ..*ctx };
-            let reach = beside.owed_cost(&more) + rules::TIED * rules::variance_inflation(&more);
-            let alike = further.filter(|other| beside.owed_cost(other) < reach).collect();
+            let reach =
+                beside.penalized_cost(&more) + rules::TIED * rules::variance_inflation(&more);
+            let alike = further.filter(|other| beside.penalized_cost(other) < reach).collect();
             Some((before, more, alike))
         }
         Some(fewer) if (0..last).filter(own).count() > 1 && fewer.cost < before.cost => {

@@ -29,7 +29,7 @@ pub(super) struct Library<'a> {
     /// Sum of squares above the floor by the calibrations alone.
     above: f64,
     /// True where nothing stands out that it does not explain.
-    at_floor: bool,
+    within_noise: bool,
     /// By how much of its noise a law must predict blocks better.
     gain: f64,
 }
@@ -54,7 +54,7 @@ impl<'a> Library<'a> {
             held_out: least(&Fitted::held_out),
             cost: least(&|fitted| fitted.cost),
             above: rules::excess_chi_square(problem, &null.residuals).max(1.0),
-            at_floor: adequate
+            within_noise: adequate
                 || named.is_some_and(|fitted| rules::within_noise(problem, &fitted.residuals)),
             // Where nothing is missing as far as the library goes, one of so many may promise much by
             // chance.
@@ -65,14 +65,14 @@ impl<'a> Library<'a> {
     /// What blocks left out must be lowered to beside an explanation that leaves them at `held_out`,
     /// by what noise makes of their sum. What leaves something that stands out is to be bettered by
     /// chance alone; what does not, by more than what no prediction is exact to as well.
-    fn beyond(&self, held_out: f64, at_floor: bool, noise: f64) -> f64 {
-        let holds = if at_floor { HOLDS } else { 0.0 };
+    fn beyond(&self, held_out: f64, within_noise: bool, noise: f64) -> f64 {
+        let holds = if within_noise { HOLDS } else { 0.0 };
         held_out - (self.gain * noise).max(holds * (self.before - held_out))
     }
 
     /// What a law must promise to lower blocks left out to: nothing where something stands out.
     fn goal(&self) -> f64 {
-        if self.at_floor { self.beyond(self.held_out, true, 1.0) } else { f64::INFINITY }
+        if self.within_noise { self.beyond(self.held_out, true, 1.0) } else { f64::INFINITY }
     }
 
     /// True for a law that does better than all that the library has.
@@ -85,7 +85,7 @@ impl<'a> Library<'a> {
         // What is freer than an effect and tied with it is no law: what it predicts better of blocks
         // left out it owes to calibrations that are farther off than expected.
         let fits_better = fitted.cost < self.cost - rules::TIED * rules::variance_inflation(fitted);
-        let beyond = self.beyond(self.held_out, self.at_floor, law.noise());
+        let beyond = self.beyond(self.held_out, self.within_noise, law.noise());
         !partial && fits_better && law.held_out <= beyond
     }
 }
@@ -102,13 +102,13 @@ pub(super) fn free_form_laws(
     let ports = ports(context);
     let found = laws(context, &curves(context, &ports), goal, (progress, [0.0, 0.3]));
     let of_one = first(found, |law| library.is_bettered_by(law));
-    if of_one.is_none() && library.at_floor {
+    if of_one.is_none() && library.within_noise {
         return Vec::new();
     }
     let beyond = of_one.as_ref().map_or(goal, |laws| {
         let law = &laws[0];
-        let at_floor = rules::within_noise(library.problem, &law.fitted().residuals);
-        library.beyond(law.held_out, at_floor, law.noise())
+        let within_noise = rules::within_noise(library.problem, &law.fitted().residuals);
+        library.beyond(law.held_out, within_noise, law.noise())
     });
     // What few places promise says little of what more of them bring.
     let found = laws(context, &surfaces(context, &ports), goal, (progress, [0.6, 0.7]));

@@ -111,9 +111,9 @@ fn draw(ctx: &EvidenceContext<'_>, view: &View) -> Option<EffectCurve> {
             };
             let mut rows = curve::rows(ctx, probe, &slopes, &values, view.shape);
             curve::sort(&mut rows, view.shape);
-            let stands_out = curve::explained(&rows, view.shape);
-            if stands_out > best.as_ref().map_or(0.0, |b| b.0) {
-                best = Some((stands_out, probe, *axis, rows));
+            let explained = curve::explained(&rows, view.shape);
+            if explained > best.as_ref().map_or(0.0, |b| b.0) {
+                best = Some((explained, probe, *axis, rows));
             }
         }
     }

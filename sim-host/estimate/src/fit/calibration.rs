@@ -47,6 +47,7 @@ pub fn calibrations(problem: &FitProblem) -> FitState {
         CalibrationScope::Postures => 1,
         CalibrationScope::AllLogs { .. }
         | CalibrationScope::OpenFactor
+        | CalibrationScope::BesideOpenFactor
         | CalibrationScope::UnknownRotor => 2,
     });
     for (kind, Calibration { expected, scope }) in all {
@@ -72,11 +73,13 @@ pub fn calibrations(problem: &FitProblem) -> FitState {
                 CalibrationScope::AllLogs { motion } if moving || !motion => {
                     point.add_expected(effect, expected);
                 }
-                CalibrationScope::OpenFactor => {
+                CalibrationScope::OpenFactor | CalibrationScope::BesideOpenFactor => {
                     let Location::Joint(joint) = at else { continue };
                     let found = problem.logs.iter().find_map(|log| log.factors[joint]);
                     if let Some(factor) = found {
-                        effect.values[0] = factor;
+                        if scope == CalibrationScope::OpenFactor {
+                            effect.values[0] = factor;
+                        }
                         point.add_expected(effect, expected);
                     }
                 }

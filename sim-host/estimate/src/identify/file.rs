@@ -93,10 +93,20 @@ pub fn robot_text(
             let next = joint.map_or(0, |j| j + 1);
             joint = if bare.starts_with("[[joint]]") { Some(next) } else { joint };
         }
-        out += &changed(line, said, |key| {
+        let number = |key: &str| {
             let at = joint.and_then(|j| joints.get(j));
             found.numbers.iter().find(|n| n.name == key && Some(&n.at) == at)
-        });
+        };
+        out += &changed(line, said, number);
+        // A spring in place of a rigid drive has a damper beside it, which the file lacks.
+        let is_found = |n: &Number| n.given.is_nan() && n.is_identifiable();
+        let key = bare.split(['=', ' ']).next().unwrap_or_default();
+        if let Some(joint) = joint.filter(|_| number(key).is_some_and(is_found)) {
+            let damping = found.model.robot.parameters.joints[joint].damping;
+            out += &format!(
+                "damping_nms_rad = {damping:?}        # 3 % of critical, not identified\n"
+            );
+        }
     }
     let written = RobotFile::parse(&out, &to.display().to_string())?;
     if written.parameters == found.model.robot.parameters {

@@ -12,7 +12,7 @@ use crate::identify::process::{self, Section};
 use crate::residuals::compare::{Notice, baseline, experiments, of_reading};
 use crate::residuals::single_load::single_loads;
 use nalgebra::DMatrix;
-use trueweld_core::{JOINTS, Robot};
+use trueweld_core::{JOINTS, JointParameters, Robot};
 use trueweld_logs::log::{Log, LogKind};
 use trueweld_plant::effects::Location;
 use trueweld_plant::input::ModelFile;
@@ -96,11 +96,17 @@ pub fn identify(
         logs.into_iter().partition(|log| kinds.contains(&log.kind));
     let joints =
         |coordinate, told| (0..JOINTS).map(move |j| FreeCoordinate::of_joint(coordinate, j, told));
+    // A drive that is stated to be rigid has no spring, unless that is what is asked.
+    let rigid = model.robot.rigid;
+    let bending = |coordinate, told| {
+        let bends = move |j: &usize| !rigid[*j];
+        (0..JOINTS).filter(bends).map(move |j| FreeCoordinate::of_joint(coordinate, j, told))
+    };
     let mut orders = Vec::new();
     let asked: Vec<FreeCoordinate> = match target {
         IdentificationTarget::Stiffness => joints(&STIFFNESS, true).collect(),
         IdentificationTarget::Damping => {
-            joints(&STIFFNESS, false).chain(joints(&JOINT_DAMPING, true)).collect()
+            bending(&STIFFNESS, false).chain(bending(&JOINT_DAMPING, true)).collect()
         }
         IdentificationTarget::Process => {
             let process = model.process.as_ref().ok_or(IdentifyError::NoProcess)?.kind();
@@ -111,10 +117,14 @@ pub fn identify(
             if orders.is_empty() {
                 return Err(IdentifyError::NoForces);
             }
-            process::asked(&orders).into_iter().chain(joints(&STIFFNESS, false)).collect()
+            process::asked(&orders).into_iter().chain(bending(&STIFFNESS, false)).collect()
         }
     };
-    let mut fit = converge(model, &used, &asked, &|share| done("fitting", share))?;
+    let start = match target {
+        IdentificationTarget::Stiffness => with_springs(model)?,
+        _ => model.clone(),
+    };
+    let mut fit = converge(&start, &used, &asked, &|share| done("fitting", share))?;
     let shown: Vec<usize> =
         (0..asked.len()).filter(|k| asked[*k].told && asked[*k].order == 0.0).collect();
     let mut numbers: Vec<Number> =
@@ -144,15 +154,20 @@ pub fn identify(
         }
     }
     // A file has the numbers that were asked for, and no other changed.
-    if target != IdentificationTarget::Stiffness {
-        for (own, given) in
-            fit.model.robot.parameters.joints.iter_mut().zip(&model.robot.parameters.joints)
-        {
-            own.stiffness = given.stiffness;
+    let robot = &mut fit.model.robot;
+    for (j, given) in model.robot.parameters.joints.iter().enumerate() {
+        let own = &mut robot.parameters.joints[j];
+        match target {
+            IdentificationTarget::Stiffness if !rigid[j] => {}
+            IdentificationTarget::Stiffness if fit.told[j] => {
+                robot.rigid[j] = false;
+                own.damping = usual_damping(given, own.stiffness);
+            }
+            IdentificationTarget::Stiffness => *own = given.clone(),
+            _ => own.stiffness = given.stiffness,
         }
-        let parameters = fit.model.robot.parameters.clone();
-        fit.model.robot.robot = Robot::new(parameters).map_err(IdentifyError::Model)?;
     }
+    robot.robot = Robot::new(robot.parameters.clone()).map_err(IdentifyError::Model)?;
     let samples = count(&fit.fitted.residuals);
     let score = |sum: f64| (sum / samples.max(1) as f64).sqrt();
     let before = fit.score_of(model)?;
@@ -178,8 +193,35 @@ pub fn identify(
     })
 }
 
+/// Share of a rigid drive's stiffness from which a spring is looked for: its link would swing at some
+/// 20 Hz in place of 500, and moves by it as far as logs show.
+const SEARCHED_STIFFNESS_SHARE: f64 = 1.0 / 625.0;
+
+/// The model with springs where its drives are stated to be rigid: what does not bend shows no slope
+/// by which to bend more.
+fn with_springs(model: &ModelFile) -> Result<ModelFile, IdentifyError> {
+    let mut model = model.clone();
+    let robot = &mut model.robot;
+    for (joint, rigid) in robot.parameters.joints.iter_mut().zip(&mut robot.rigid) {
+        if std::mem::take(rigid) {
+            let stiffness = SEARCHED_STIFFNESS_SHARE * joint.stiffness;
+            joint.damping = usual_damping(joint, stiffness);
+            joint.stiffness = stiffness;
+        }
+    }
+    robot.robot = Robot::new(robot.parameters.clone()).map_err(IdentifyError::Model)?;
+    Ok(model)
+}
+
+/// 2 ζ √(K I) with ζ of 3 %, as of geared joints, of a spring in place of a rigid drive, whose numbers
+/// are I ω² and I ω.
+fn usual_damping(rigid: &JointParameters<f64>, stiffness: f64) -> f64 {
+    2.0 * 0.03 * (stiffness * rigid.damping * rigid.damping / rigid.stiffness).sqrt()
+}
+
 fn number(asked: &FreeCoordinate, k: usize, fit: &IdentificationFit, model: &ModelFile) -> Number {
-    let (given, found) = (asked.value(model), asked.value(&fit.model));
+    let (used, found) = (asked.value(model), asked.value(&fit.model));
+    let is_rigid = matches!(asked.at, Location::Joint(joint) if model.robot.rigid[joint]);
     let wide = TWO_SIDED * fit.covariance[(k, k)].sqrt();
     let at = match asked.at {
         Location::Joint(joint) => model.robot.joint_names[joint].clone(),
@@ -188,9 +230,9 @@ fn number(asked: &FreeCoordinate, k: usize, fit: &IdentificationFit, model: &Mod
     Number {
         name: asked.coordinate.name.to_owned(),
         at,
-        value: if fit.told[k] { found } else { given },
+        value: if fit.told[k] { found } else { used },
         interval: fit.told[k].then(|| [found * (-wide).exp(), found * wide.exp()]),
-        given,
+        given: if is_rigid { f64::NAN } else { used },
         unit: asked.coordinate.unit,
     }
 }

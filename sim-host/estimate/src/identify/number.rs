@@ -14,7 +14,7 @@ pub struct Number {
     pub value: f64,
     /// 95 % interval; `None` where the logs do not tell the number.
     pub interval: Option<[f64; 2]>,
-    /// The value given; NaN where there was none.
+    /// The value given; NaN where there was none, as of a drive stated to be rigid.
     pub given: f64,
     /// Unit of value, interval and the value given.
     pub unit: &'static str,

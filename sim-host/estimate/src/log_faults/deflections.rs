@@ -5,7 +5,7 @@ use super::relation::RELATION_ROWS_MIN;
 use super::rows::LogRow;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use trueweld_core::spatial::rotation_vector;
-use trueweld_core::{Robot, Wrench};
+use trueweld_core::{JOINTS, Robot, Wrench};
 use trueweld_logs::ROTATION_LENGTH;
 use trueweld_logs::log::{Log, LogKind};
 
@@ -29,15 +29,51 @@ pub(super) struct Deflections {
     pub weld_wrenches: Vec<Vector6<f64>>,
     /// How many times as much as the log states each column scatters from row to row.
     pub scatter: [Option<f64>; 6],
+    /// Joints that are stated to be rigid.
+    rigid: [bool; JOINTS],
 }
 
 /// One row, less the mean of its posture: position, m, and rotation times [`ROTATION_LENGTH`]; the
-/// wrench as it was read, N and N·m; and the movement per N or N·m of each of its columns.
+/// wrench as it was read, N and N·m; the movement per N or N·m of each of its columns; and the movement
+/// of each joint's spring.
 #[derive(Clone)]
 pub(super) struct Deflected {
     pub moved: Vector6<f64>,
     pub wrench: Vector6<f64>,
     pub compliance: Matrix6<f64>,
+    pub by_joint: [JointMovement; JOINTS],
+}
+
+/// How one joint's spring moves the tool per N·m, and its torque per N or N·m of the wrench's columns.
+#[derive(Clone, Copy)]
+pub(super) struct JointMovement {
+    moved: Vector6<f64>,
+    torque: Vector6<f64>,
+}
+
+impl JointMovement {
+    /// Of every joint where a row stands.
+    fn of(row: &LogRow, robot: &Robot<f64>) -> [Self; JOINTS] {
+        let frames = robot.frames(&row.encoder);
+        let jacobian = frames.jacobian().0;
+        let lever = frames.tcp.rotation * row.point;
+        let unit = |c: usize| {
+            let mut one = Vector6::zeros();
+            one[c] = 1.0;
+            frames.joint_torque(&wrench_of(&one).rotated(&frames.tcp.rotation))
+        };
+        let torque = [0, 1, 2, 3, 4, 5].map(unit);
+        std::array::from_fn(|j| {
+            let turn: Vector3<f64> = jacobian.fixed_view::<3, 1>(0, j).into_owned();
+            let at: Vector3<f64> = jacobian.fixed_view::<3, 1>(3, j) + turn.cross(&lever);
+            let turn = turn * ROTATION_LENGTH;
+            let moved = Vector6::new(at.x, at.y, at.z, turn.x, turn.y, turn.z);
+            Self {
+                moved: moved / robot.parameters().joints[j].stiffness,
+                torque: Vector6::from_fn(|c, _| torque[c][j]),
+            }
+        })
+    }
 }
 
 /// How far a row's load moves the tool, and how far unit loads would; `None` where the arm cannot
@@ -54,7 +90,8 @@ fn deflected(row: &LogRow, robot: &Robot<f64>) -> Option<Deflected> {
         compliance.set_column(c, &per_load);
     }
     let Wrench { force: f, moment: m } = row.wrench;
-    Some(Deflected { moved, wrench: Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z), compliance })
+    let wrench = Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z);
+    Some(Deflected { moved, wrench, compliance, by_joint: JointMovement::of(row, robot) })
 }
 
 impl Deflections {
@@ -85,7 +122,8 @@ impl Deflections {
         let tells = rows.len() >= RELATION_ROWS_MIN / 2
             && squares > rows.len() as f64 * TELLING_DEFLECTION_MIN * TELLING_DEFLECTION_MIN;
         let scatter = std::array::from_fn(|c| scatter(log, c));
-        tells.then_some(Self { rows, squares, has_moments, weld_wrenches, scatter })
+        let rigid = log.robot.rigid;
+        tells.then_some(Self { rows, squares, has_moments, weld_wrenches, scatter, rigid })
     }
 
     /// All that several logs tell.
@@ -96,11 +134,13 @@ impl Deflections {
             has_moments: true,
             weld_wrenches: Vec::new(),
             scatter: [None; 6],
+            rigid: [false; JOINTS],
         };
         all.fold(none, |mut sum, own| {
             sum.rows.extend_from_slice(&own.rows);
             sum.squares += own.squares;
             sum.has_moments &= own.has_moments;
+            sum.rigid = own.rigid;
             sum.weld_wrenches.extend_from_slice(&own.weld_wrenches);
             sum
         })
@@ -118,6 +158,31 @@ impl Deflections {
         let gives = (across / f64::max(given, f64::MIN_POSITIVE))
             .clamp(COMPLIANCE_RATIO_RANGE[0], COMPLIANCE_RATIO_RANGE[1]);
         self.squares - 2.0 * gives * across + gives * gives * given
+    }
+
+    /// Sum of squares that is left where each joint gives more or less than the model says, whatever it
+    /// gives of one stated to be rigid, m²: an arm that is softer somewhere is no mistake in a file.
+    pub(crate) fn left_by_joints(&self) -> f64 {
+        /// Sweeps over the joints, each put where it leaves least.
+        const SWEEPS: usize = 100;
+        let (mut normal, mut right) = (Matrix6::zeros(), Vector6::zeros());
+        for row in &self.rows {
+            let by = row.by_joint.map(|joint| joint.moved * joint.torque.dot(&row.wrench));
+            let by = Matrix6::from_columns(&by);
+            normal += by.tr_mul(&by);
+            right += by.tr_mul(&row.moved);
+        }
+        let mut gives = Vector6::repeat(1.0);
+        for j in (0..SWEEPS).flat_map(|_| 0..JOINTS) {
+            let of_own: f64 = normal[(j, j)];
+            if of_own > 0.0 {
+                let [low, high] = COMPLIANCE_RATIO_RANGE;
+                let high = if self.rigid[j] { f64::INFINITY } else { high };
+                let rest = right[j] - normal.row(j).transpose().dot(&gives) + of_own * gives[j];
+                gives[j] = (rest / of_own).clamp(low, high);
+            }
+        }
+        self.squares - 2.0 * right.dot(&gives) + gives.dot(&(normal * gives))
     }
 
     /// Root mean square of a sum of squares.

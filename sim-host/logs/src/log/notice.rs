@@ -80,6 +80,8 @@ pub enum LogNotice {
     RowsLeftOut(usize),
     /// So many rows hold the time and the values of the row before, and are left out.
     RowsRepeated(usize),
+    /// So many rows came after the one that they precede by their time, and changed places with it.
+    RowsSwapped(usize),
     /// Rows that came in bursts, so many at a time, whose times are spread evenly.
     Bursts {
         /// Rows in a burst.

@@ -38,6 +38,13 @@ impl Sentinels {
         f64::NAN
     }
 
+    /// A row changes places with the one before.
+    pub(super) fn swap(&mut self, row: usize) {
+        for (at, _) in self.found.iter_mut().rev().take_while(|(at, _)| *at + 1 >= row) {
+            *at = if *at == row { row - 1 } else { row };
+        }
+    }
+
     /// Sorts them out when all rows were read: puts back what is a value, `of` its number; gives the
     /// numbers that stand for none, and how often.
     pub(super) fn settle(

@@ -101,6 +101,7 @@ impl Expected<'_> {
         }
         let mut decimals = vec![0; bound.bindings.len()];
         let mut repeated = 0;
+        let mut swapped: Vec<(usize, InputError)> = Vec::new();
         let ranges: Vec<[f64; 2]> = bound.bindings.iter().map(|b| self.range(b.column)).collect();
         let mut clock_so_far = Clock::default();
         let mut midnights = Midnights::default();
@@ -153,6 +154,14 @@ impl Expected<'_> {
                     repeated += 1;
                     continue;
                 }
+                if self.is_late(&columns) {
+                    unit_length(rows, bound, &columns)?;
+                    let row = count - repeated - 1;
+                    sentinels.iter_mut().for_each(|sentinels| sentinels.swap(row));
+                    columns.iter_mut().flatten().for_each(|series| series.swap(row - 1, row));
+                    swapped.push((row - 1, runs_backwards(rows, time, before.unwrap_or(now))));
+                    continue;
+                }
                 if let Some(slow) = clock_so_far.tick(rows, time, now, self.period)? {
                     implausible.get_or_insert(slow);
                 }
@@ -179,6 +188,14 @@ impl Expected<'_> {
         if repeated > 0 {
             notices.push(LogNotice::RowsRepeated(repeated));
         }
+        if !swapped.is_empty() {
+            notices.push(LogNotice::RowsSwapped(swapped.len()));
+        }
+        if let Some(times) = &columns[TIME_COLUMN]
+            && let Some(wrong) = swapped.into_iter().find(|(row, _)| !fits(times, *row))
+        {
+            return Err(wrong.1);
+        }
         for (binding, sentinels) in bound.bindings.iter().zip(sentinels) {
             let Some(series) = &mut columns[binding.column] else { continue };
             let settled = sentinels.settle(series, |number| binding.apply(number));
@@ -202,6 +219,13 @@ impl Expected<'_> {
             rounding[binding.column] = 0.5 * 10f64.powi(-decimals) * binding.scale.abs();
         }
         Ok(FileTrack { clock, columns, rounding })
+    }
+
+    /// True where the last row is of a time between the two before it: packets that carried rows
+    /// overtook each other. Loads are in the order in which they were hung on.
+    fn is_late(&self, columns: &[Option<Vec<f64>>]) -> bool {
+        let time = columns[TIME_COLUMN].as_deref().unwrap_or_default();
+        matches!(time, [.., a, b, c] if a < c && c < b) && self.kind != LogKind::StaticLoad
     }
 
     /// The time of a row in its unit: a time of day goes on over midnight.
@@ -443,22 +467,15 @@ impl Clock {
         };
         let place = Some(binding.field);
         if time <= last {
-            let shown = rows.shown(binding.field);
-            let is_repeated = time == last;
-            let message = if !is_repeated {
-                format!(
-                    "`t_s` runs backwards: {shown} after {}; expected a later time than in the row before",
-                    (last - binding.shift) / binding.scale
-                )
-            } else {
-                format!(
-                    "`t_s` is {shown} a second time; expected a later time than in the row before"
-                )
-            };
-            let help =
-                "Rows are in time order. Two recordings are two logs, each in its own folder.";
-            let error = rows.error_at(place, message, "not later", help);
-            if is_repeated && period.is_none() {
+            if time < last {
+                return Err(runs_backwards(rows, binding, last));
+            }
+            let message = format!(
+                "`t_s` is {} a second time; expected a later time than in the row before",
+                rows.shown(binding.field)
+            );
+            let error = rows.error_at(place, message, "not later", ORDER_OF_ROWS);
+            if period.is_none() {
                 // Rows may have been written in bursts.
                 self.repeated.get_or_insert(error);
                 return Ok(None);
@@ -500,6 +517,27 @@ impl Clock {
         let error = rows.error_at(place, message, "uneven step", help);
         if looks_like_milliseconds { Ok(Some(error)) } else { Err(error) }
     }
+}
+
+fn runs_backwards(rows: &dyn RowSource, binding: &Binding, last: f64) -> InputError {
+    let message = format!(
+        "`t_s` runs backwards: {} after {}; expected a later time than in the row before",
+        rows.shown(binding.field),
+        (last - binding.shift) / binding.scale
+    );
+    rows.error_at(Some(binding.field), message, "not later", ORDER_OF_ROWS)
+}
+
+const ORDER_OF_ROWS: &str =
+    "Rows are in time order. Two recordings are two logs, each in its own folder.";
+
+/// True for a row that is where another one is missing: about a usual step from either neighbour. A
+/// wrong time lies between others as well.
+fn fits(times: &[f64], row: usize) -> bool {
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let middle = steps.len() / 2;
+    let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    [row - 1, row].iter().all(|k| times[k + 1] - times[*k] > 0.5 * usual)
 }
 
 fn missing(rows: &dyn RowSource, binding: &Binding) -> InputError {

@@ -58,7 +58,7 @@ result! {
         /// The same with the best explanation and the calibrations that count.
         #[serde(default)]
         errors_after: Vec<ChannelErrorFigures> = ChannelErrorFigures::all(&diagnosis.errors.after),
-        /// Explanations that were fitted, best first.
+        /// Explanations that were fitted, most evidence first.
         candidates: Vec<DiagnosisCandidate> = candidates.collect(),
         /// Laws outside the library that were found; then the score after is with the first of them.
         #[serde(default)]

@@ -87,7 +87,7 @@ impl Report for DiagnoseReport<'_> {
             );
         }
         document.table(
-            "Explanations that were fitted, every effect of the library at every place, best first",
+            "Explanations that were fitted, every effect of the library at every place, most evidence first",
             self.ranking(),
         );
         if explained {

@@ -72,7 +72,10 @@ impl IdentifyReport<'_> {
         };
         let mut row = vec![
             words(label),
-            number(quantity(n.given, n.unit)),
+            match n.given.is_nan() && n.unit == "N·m/rad" {
+                true => words("rigid"),
+                false => number(quantity(n.given, n.unit)),
+            },
             number(with_interval(n)).bad(!n.is_identifiable()),
             number(change),
         ];

@@ -158,12 +158,13 @@ pub(crate) fn lead(found: &Identification) -> String {
 pub(crate) fn setting(report: &IdentifyReport<'_>) -> String {
     let found = report.found;
     let mut text = format!(
-        "Model {}, {} ({}), {} compared. Fitted without a prior, beside encoder zeros, tracker registration and \
+        "Model {}, {} ({}), {} compared. Fitted without a prior, beside {}encoder zeros, tracker registration and \
          mounting of the links.",
         report.model.path.display(),
         counted(found.logs.len(), "log"),
         listed(&found.logs, "and"),
         counted(found.samples, "value"),
+        if report.model.known.is_empty() { "" } else { "what is not known of " },
     );
     text += &known(report.model);
     if !found.left_out.is_empty() {
@@ -209,7 +210,7 @@ pub(crate) fn open(report: &IdentifyReport<'_>) -> Vec<String> {
             .collect();
         notes.push(format!(
             "The logs ask for another stiffness than the model has: {}. It was free beside the damping; the file keeps the \
-             one given. Run `trueweld identify stiffness`.",
+             one given. Loads at rest tell it: `trueweld identify stiffness`.",
             listed(&each, "and")
         ));
     }

@@ -95,6 +95,10 @@ pub fn notice(notice: &LogNotice) -> String {
             "{} with the time and the values of the row before: left out",
             counted(*rows, "row")
         ),
+        LogNotice::RowsSwapped(rows) => format!(
+            "{} earlier than the row before, as of packets that overtook each other: put in order of time",
+            counted(*rows, "row")
+        ),
         LogNotice::Bursts { rows } => format!(
             "the rows came in bursts of {rows}: they are spread evenly, the last of a burst at its stamp"
         ),
@@ -212,6 +216,7 @@ mod tests {
             LogNotice::Thinned { rows: 2_000_000, from: 1e-3, to: 4e-3 },
             LogNotice::RowsLeftOut(3),
             LogNotice::RowsRepeated(1),
+            LogNotice::RowsSwapped(2),
             LogNotice::Bursts { rows: 4 },
             LogNotice::Sentinel { column: "tm2_nm", value: -9999.0, rows: 3 },
             LogNotice::RowsInterpolated(4),

@@ -128,6 +128,8 @@ pub enum CalibrationScope {
     /// All logs, where a torque of the joint is recorded in a unit whose factor no file states. The
     /// first value is the factor that was found beforehand, which the others correct.
     OpenFactor,
+    /// All logs, where such a factor was found: what it was found by, and is only known as well as.
+    BesideOpenFactor,
     /// All logs of an arm that moves, at joints whose rotor inertia the robot file does not know.
     UnknownRotor,
 }
@@ -145,6 +147,7 @@ impl Calibration {
             CalibrationScope::Postures
             | CalibrationScope::AllLogs { .. }
             | CalibrationScope::OpenFactor
+            | CalibrationScope::BesideOpenFactor
             | CalibrationScope::UnknownRotor => None,
         }
     }

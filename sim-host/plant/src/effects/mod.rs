@@ -27,6 +27,7 @@ pub mod force_crosstalk;
 mod force_offset;
 mod force_scale;
 pub mod formula;
+mod friction_error;
 pub mod geometry_error;
 mod gravity_direction;
 mod hysteresis;
@@ -106,6 +107,7 @@ static EFFECTS: &[&EffectKind] = &[
     &geometry_error::GEOMETRY_ERROR_EFFECT,
     &torque_constant::TORQUE_CONSTANT_EFFECT,
     &rotor_inertia_error::ROTOR_INERTIA_ERROR_EFFECT,
+    &friction_error::FRICTION_ERROR_EFFECT,
 ];
 
 /// Effects from outside this crate.

@@ -56,6 +56,7 @@ const ONE_OF_EACH: &[&str] = &[
     "geometry-error:A3:x_m=3e-4,y_m=-2e-4,z_m=1e-4,rx_rad=2e-4,ry_rad=3e-4,rz_rad=-1e-4",
     "torque-constant:A3:nm_per_unit=58,relative=0.1",
     "rotor-inertia-error:A2:relative=0.5",
+    "friction-error:A2:coulomb=0.5,viscous=-0.2",
 ];
 
 /// What the instruments that the weld's controller does not read would show of a row.
