@@ -1713,7 +1713,7 @@ class DiagnoseResult(Result):
         """The same with the best explanation and the calibrations that count."""
     @property
     def candidates(self) -> list[DiagnosisCandidate]:
-        """Explanations that were fitted, best first."""
+        """Explanations that were fitted, most evidence first."""
     @property
     def discovered(self) -> list[DiscoveredLaw]:
         """Laws outside the library that were found; then the score after is with the first of
