@@ -3,7 +3,7 @@
 use super::refine::quantile;
 use super::relation::RELATION_ROWS_MIN;
 use super::rows::LogRow;
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 use trueweld_core::spatial::rotation_vector;
 use trueweld_core::{JOINTS, Robot, Wrench};
 use trueweld_logs::ROTATION_LENGTH;
@@ -160,26 +160,37 @@ impl Deflections {
         self.squares - 2.0 * gives * across + gives * gives * given
     }
 
-    /// Sum of squares that is left where each joint gives more or less than the model says, whatever it
-    /// gives of one stated to be rigid, m²: an arm that is softer somewhere is no mistake in a file.
-    pub(crate) fn left_by_joints(&self) -> f64 {
-        /// Sweeps over the joints, each put where it leaves least.
+    /// Sum of squares that is left where joints stated to be rigid give way as much as the movement
+    /// asks, m²: an arm that is softer than its file is no mistake in a log. The others give more or
+    /// less than the model says, all alike. Infinite where none is stated to be rigid.
+    pub(crate) fn left_by_springs(&self) -> f64 {
+        /// Sweeps over the factors, each put where it leaves least.
         const SWEEPS: usize = 100;
-        let (mut normal, mut right) = (Matrix6::zeros(), Vector6::zeros());
+        /// The factor of the joints that bend, after one for each that is rigid.
+        const OTHERS: usize = JOINTS;
+        if !self.rigid.contains(&true) {
+            return f64::INFINITY;
+        }
+        let mut normal = SMatrix::<f64, { JOINTS + 1 }, { JOINTS + 1 }>::zeros();
+        let mut right = SVector::<f64, { JOINTS + 1 }>::zeros();
         for row in &self.rows {
-            let by = row.by_joint.map(|joint| joint.moved * joint.torque.dot(&row.wrench));
-            let by = Matrix6::from_columns(&by);
+            let mut by = SMatrix::<f64, 6, { JOINTS + 1 }>::zeros();
+            for (j, joint) in row.by_joint.iter().enumerate() {
+                let factor = if self.rigid[j] { j } else { OTHERS };
+                let moved = joint.moved * joint.torque.dot(&row.wrench);
+                by.set_column(factor, &(by.column(factor) + moved));
+            }
             normal += by.tr_mul(&by);
             right += by.tr_mul(&row.moved);
         }
-        let mut gives = Vector6::repeat(1.0);
-        for j in (0..SWEEPS).flat_map(|_| 0..JOINTS) {
-            let of_own: f64 = normal[(j, j)];
-            if of_own > 0.0 {
+        let mut gives = SVector::<f64, { JOINTS + 1 }>::repeat(1.0);
+        for k in (0..SWEEPS).flat_map(|_| 0..=OTHERS) {
+            let own: f64 = normal[(k, k)];
+            if own > 0.0 {
                 let [low, high] = COMPLIANCE_RATIO_RANGE;
-                let high = if self.rigid[j] { f64::INFINITY } else { high };
-                let rest = right[j] - normal.row(j).transpose().dot(&gives) + of_own * gives[j];
-                gives[j] = (rest / of_own).clamp(low, high);
+                let high = if k == OTHERS { high } else { f64::INFINITY };
+                let rest = right[k] - normal.column(k).dot(&gives) + own * gives[k];
+                gives[k] = (rest / own).clamp(low, high);
             }
         }
         self.squares - 2.0 * right.dot(&gives) + gives.dot(&(normal * gives))

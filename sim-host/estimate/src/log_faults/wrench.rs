@@ -136,12 +136,12 @@ impl Deflections {
     }
 
     /// The reading that explains the movement, another than the plain one only where it is much better,
-    /// also than joints that give otherwise than the model says, and every simpler one much worse: last
-    /// of all, columns left out. `None` where no load explains
+    /// also than springs in place of rigid drives, and every simpler one much worse: last of all, columns
+    /// left out. `None` where no load explains
     /// it.
     fn explained(&self, in_pounds: bool) -> Option<(WrenchReading, MisfitEvidence)> {
         let plain = self.left(WrenchReading::Plain);
-        let mut best = (WrenchReading::Plain, plain.min(self.left_by_joints()));
+        let mut best = (WrenchReading::Plain, plain.min(self.left_by_springs()));
         for mut readings in readings(in_pounds) {
             readings.retain(|reading| self.is_told(*reading));
             best = self.better(best, &readings);
