@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use trueweld_core::{JointVector, Wrench};
 use trueweld_laboratory::{OutOfLibrary, OutOfLibraryKind, Protocol, Recipe, effect};
-use trueweld_plant::effects::{CalibrationScope, EffectKind, Location, library};
+use trueweld_plant::effects::{EffectKind, Location, library};
 use trueweld_plant::input::{InputFile, Process, RobotFile, Weld};
 use trueweld_plant::integrate::rest;
 use trueweld_plant::robot::Channel;
@@ -297,11 +297,7 @@ fn a_late_tracker_shows_what_was() {
 #[test]
 fn every_effect_that_is_drawn_is_plausible_and_grows_with_its_size() {
     // What files leave open hides in no campaign, which states all of it.
-    let open = |kind: &&EffectKind| {
-        let scope = kind.calibration.as_ref().map(|calibration| calibration.scope);
-        use CalibrationScope::{BesideOpenFactor, OpenFactor, UnknownRotor};
-        matches!(scope, Some(OpenFactor | BesideOpenFactor | UnknownRotor))
-    };
+    let open = |kind: &&EffectKind| kind.is_of_open_file();
     assert!(library().all(|kind| kind.drawn.is_some() != open(&kind)));
     for kind in library().filter(|kind| !open(kind)) {
         for seed in 0..20 {

@@ -1,9 +1,13 @@
 //! What is identified from logs: numbers off by a factor of two, and an independent simulator's.
 
+use trueweld_diagnose::{DiagnosisVerdict, diagnose};
+use trueweld_estimate::fit::FitProblem;
 use trueweld_estimate::identify::file::robot_text;
 use trueweld_estimate::identify::{IdentificationTarget, IdentifyError, identify};
-use trueweld_estimate::residuals::compare::Notice;
+use trueweld_estimate::residuals::compare::{Notice, baseline, experiments};
 use trueweld_logs::campaign::read_logs;
+use trueweld_logs::log::Log;
+use trueweld_plant::effects::Location;
 use trueweld_plant::input::{InputFile, ModelFile, RobotFile};
 use trueweld_tests::fixture;
 use trueweld_tests::identified::{Case, Seen, examine};
@@ -80,12 +84,11 @@ fn the_stiffness_behind_an_independent_simulators_loads_is_found() {
     assert!(found.curves.iter().all(|curve| curve.is_linear()), "{:?}", found.curves);
 }
 
-/// Drives that a file states to be rigid, and are not.
-#[test]
-fn a_spring_is_found_in_place_of_a_rigid_drive() {
+/// The campaign with nothing missing, its model with A1 and A4 stated to be rigid, and the true one.
+fn called_rigid() -> (ModelFile, ModelFile, Vec<Log>) {
     let folder = fixture("campaigns/nothing-missing");
     let truth = ModelFile::read(folder.join("model.toml")).expect("a model");
-    let (_, logs) = read_logs(std::slice::from_ref(&folder)).expect("logs");
+    let (_, logs) = read_logs(&[folder.join("static")]).expect("logs");
     let text = std::fs::read_to_string(folder.join("robot.toml")).expect("a robot");
     let mut joint = 0;
     let line = |line: &str| {
@@ -97,11 +100,16 @@ fn a_spring_is_found_in_place_of_a_rigid_drive() {
         }
     };
     let text: Vec<String> = text.lines().map(line).collect();
+    let robot = RobotFile::parse(&text.join("\n"), "robot.toml").expect("a robot");
     let place = tempfile::tempdir().expect("a folder");
-    let path = place.path().join("robot.toml");
-    std::fs::write(&path, text.join("\n")).expect("a robot");
-    let robot = RobotFile::read(&path).expect("a robot");
-    let rigid = ModelFile { robot, robot_path: path, ..truth.clone() };
+    let robot_path = place.keep().join("robot.toml");
+    std::fs::write(&robot_path, text.join("\n")).expect("a robot");
+    (ModelFile { robot, robot_path, ..truth.clone() }, truth, logs)
+}
+
+#[test]
+fn a_spring_is_found_in_place_of_a_rigid_drive() {
+    let (rigid, truth, logs) = called_rigid();
     let found =
         identify(IdentificationTarget::Stiffness, &rigid, logs, &|_, _| ()).expect("identified");
     assert!(found.score < 1.1, "{}", found.score);
@@ -111,11 +119,37 @@ fn a_spring_is_found_in_place_of_a_rigid_drive() {
         assert!((low..=high).contains(&truth.stiffness), "{number:?}");
         assert_eq!(number.given.is_nan(), [0, 3].contains(&j));
     }
-    let to = place.path().join("found.toml");
+    let to = rigid.robot_path.with_file_name("found.toml");
     let written = robot_text(&found, &to, &|_| String::new(), "").expect("a file");
     let written = RobotFile::parse(&written, "found.toml").expect("a robot");
     assert_eq!(written.rigid, [false; 6]);
     assert_eq!(written.parameters, found.model.robot.parameters);
+    std::fs::remove_dir_all(rigid.robot_path.parent().expect("a folder")).expect("removed");
+}
+
+#[test]
+fn drives_that_bend_although_they_are_called_rigid_are_what_is_missing() {
+    let (rigid, truth, logs) = called_rigid();
+    let ready = experiments(&logs, &baseline(&rigid)).expect("comparable");
+    let problem = FitProblem::new(&rigid, ready);
+    let found = diagnose(&problem, &logs, &|_, _| ()).expect("a diagnosis").diagnosis;
+    assert_eq!(found.verdict, DiagnosisVerdict::EffectFound);
+    let [a, b] = found.candidates[0].effects.as_slice() else {
+        panic!("{:?}", found.candidates[0])
+    };
+    for named in [a, b] {
+        let Location::Joint(joint) = named.effect.at else { panic!("{named:?}") };
+        assert_eq!((named.effect.kind.id, [0, 3].contains(&joint)), ("drive-compliance", true));
+        let of = |model: &ModelFile| 1.0 / model.robot.parameters.joints[joint].stiffness;
+        let missing = of(&truth) - of(&rigid);
+        // Half as wide again as the interval of 95 %: two values, and one run.
+        let [low, high] = named.interval[0];
+        assert!(
+            (named.effect.values[0] - missing).abs() < 0.75 * (high - low),
+            "{named:?} {missing}"
+        );
+    }
+    std::fs::remove_dir_all(rigid.robot_path.parent().expect("a folder")).expect("removed");
 }
 
 #[test]

@@ -186,6 +186,10 @@ fn a_rigid_drive_has_no_spring_to_fit_and_an_unknown_rotor_is_fitted() {
         assert_eq!(problem.is_known(kind, Location::Joint(3)), of_spring, "{id}");
         assert!(!problem.is_known(kind, Location::Joint(4)), "{id}");
     }
+    // Whether it bends after all is a hypothesis.
+    let bends = EffectKind::of("drive-compliance").unwrap();
+    assert!(!problem.is_known(bends, Location::Joint(3)));
+    assert!(problem.is_known(bends, Location::Joint(4)));
     let fitted = fit(&problem, &point, &blocks_of(&problem), &[], SolverOptions::full(0)).unwrap();
     let rotor = fitted.point.shared.iter().find(|e| e.kind.id == "rotor-inertia-error").unwrap();
     let found = model.robot.parameters.joints[1].rotor_inertia * (1.0 + rotor.values[0]);

@@ -73,9 +73,10 @@ impl FitProblem {
 
     /// True for an effect that is not looked for, since the model is right about it.
     pub fn is_known(&self, kind: &EffectKind, at: Location) -> bool {
+        let is_rigid = matches!(at, Location::Joint(joint) if self.model.rigid[joint]);
         if let Location::Joint(joint) = at
-            && self.model.rigid[joint]
-            && kind.is_of_spring(joint, self.model.robot.parameters())
+            && is_rigid != kind.of_rigid
+            && (kind.of_rigid || kind.is_of_spring(joint, self.model.robot.parameters()))
         {
             return true;
         }

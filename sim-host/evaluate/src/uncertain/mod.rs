@@ -458,7 +458,7 @@ impl UncertainCell {
     ) -> Vec<String> {
         let (short, of) = (&self.short, process.kind());
         let mut left = Vec::new();
-        for kind in library() {
+        for kind in library().filter(|kind| !kind.is_of_open_file()) {
             if let Action::Process(change) = kind.action {
                 // An effect that is another name for numbers of the process.
                 let mut renamed: Vec<&'static str> = Vec::new();

@@ -198,6 +198,14 @@ pub(crate) fn open(report: &IdentifyReport<'_>) -> Vec<String> {
             found.target.name()
         ));
     }
+    let rigid = found.model.robot.rigid.iter().zip(&found.model.robot.joint_names);
+    let rigid: Vec<&str> = rigid.filter(|(rigid, _)| **rigid).map(|(_, n)| n.as_str()).collect();
+    if found.target == IdentificationTarget::Damping && !rigid.is_empty() {
+        notes.push(format!(
+            "{}: stated to be rigid, without a damping. Loads at rest tell whether it bends: `trueweld identify stiffness`.",
+            listed(&rigid, "and")
+        ));
+    }
     let off = |n: &&Number| {
         let apart = |[low, high]: [f64; 2]| n.given < low || n.given > high;
         found.target == IdentificationTarget::Damping && n.interval.is_some_and(apart)

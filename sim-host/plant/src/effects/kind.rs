@@ -95,6 +95,8 @@ pub struct EffectKind {
     /// The robot's own numbers that the parameters add to, in their order, for the joint it is at;
     /// `None` where they stand alone.
     pub adds_to: Option<OwnNumbers>,
+    /// True for what only a drive has that its file states to be rigid.
+    pub of_rigid: bool,
 }
 
 /// The numbers of a robot's own that an effect's parameters add to, of the joint from 0.
@@ -245,6 +247,7 @@ impl EffectKind {
         calibration: None,
         drawn: None,
         adds_to: None,
+        of_rigid: false,
     };
 
     /// Every place that it may be at.
@@ -267,6 +270,14 @@ impl EffectKind {
         }
         let own = self.own(parameter, at, robot).map_or(0.0, f64::abs);
         [of.low.min(-own), of.high.max(own)]
+    }
+
+    /// True for an effect that only a cell has whose files leave it open: a current's factor, a rotor's
+    /// inertia, a drive that is called rigid.
+    pub fn is_of_open_file(&self) -> bool {
+        use CalibrationScope::{BesideOpenFactor, OpenFactor, UnknownRotor};
+        let scope = self.calibration.map(|calibration| calibration.scope);
+        self.of_rigid || matches!(scope, Some(OpenFactor | BesideOpenFactor | UnknownRotor))
     }
 
     /// True for an effect that is other numbers of a joint's spring and damper, or a term of its torque.

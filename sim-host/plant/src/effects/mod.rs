@@ -19,6 +19,7 @@ pub mod custom;
 mod damping_error;
 mod drag_error;
 mod draw;
+mod drive_compliance;
 pub mod encoder_offset;
 pub mod expression;
 mod feed_power_law;
@@ -108,6 +109,7 @@ static EFFECTS: &[&EffectKind] = &[
     &torque_constant::TORQUE_CONSTANT_EFFECT,
     &rotor_inertia_error::ROTOR_INERTIA_ERROR_EFFECT,
     &friction_error::FRICTION_ERROR_EFFECT,
+    &drive_compliance::DRIVE_COMPLIANCE_EFFECT,
 ];
 
 /// Effects from outside this crate.

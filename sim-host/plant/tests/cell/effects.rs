@@ -57,6 +57,7 @@ const ONE_OF_EACH: &[&str] = &[
     "torque-constant:A3:nm_per_unit=58,relative=0.1",
     "rotor-inertia-error:A2:relative=0.5",
     "friction-error:A2:coulomb=0.5,viscous=-0.2",
+    "drive-compliance:A2:compliance_rad_nm=2e-8",
 ];
 
 /// What the instruments that the weld's controller does not read would show of a row.
