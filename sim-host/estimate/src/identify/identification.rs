@@ -163,7 +163,7 @@ pub fn identify(
                 robot.rigid[j] = false;
                 own.damping = usual_damping(given, own.stiffness);
             }
-            IdentificationTarget::Stiffness => *own = given.clone(),
+            IdentificationTarget::Stiffness => *own = *given,
             _ => own.stiffness = given.stiffness,
         }
     }
