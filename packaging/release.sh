@@ -9,6 +9,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 target="$(uname -m)-unknown-linux-musl"
+# Where the copies below look.
+export CARGO_TARGET_DIR="$PWD/target"
 mkdir -p dist
 
 program() {

@@ -19,7 +19,7 @@ use trueweld_estimate::fit::{
 };
 use trueweld_estimate::predict::PredictError;
 use trueweld_logs::log::Log;
-use trueweld_plant::effects::{Action, Effect, EffectKind, Location, Parameter, Role, library};
+use trueweld_plant::effects::{Action, Effect, EffectKind, Parameter, Role, library};
 use trueweld_plant::input::{InputError, MeasuredNumber, Posterior, RobotFile};
 use trueweld_plant::provenance::{FileDigest, sha256};
 
@@ -146,14 +146,12 @@ fn own_numbers(problem: &FitProblem, point: &FitState) -> Vec<Effect> {
         let process = matches!(kind.action, Action::Process(_));
         (process || kind.adds_to.is_some()) && kind.parameters.iter().all(Parameter::is_size)
     };
-    let has = |id: &str, at: Location| {
-        let mut all = point.shared.iter().chain(point.per_log.iter().flatten());
-        all.any(|e| (e.kind.id, e.at) == (id, at))
-    };
-    // Friction that is a calibration is no number besides.
     let has = |effect: &Effect| {
-        let friction = effect.kind.id == "joint-friction";
-        has(effect.kind.id, effect.at) || friction && has("friction-error", effect.at)
+        let mut all = point.shared.iter().chain(point.per_log.iter().flatten());
+        all.any(|e| {
+            let stands_for = e.kind.stands_for.map(|kind| kind.id);
+            e.at == effect.at && (e.kind.id == effect.kind.id || stands_for == Some(effect.kind.id))
+        })
     };
     let kinds = library().filter(|kind| is_own(kind) && kind.calibration.is_none());
     let all = kinds.flat_map(|kind| kind.places().into_iter().map(|at| kind.neutral(at)));

@@ -3,6 +3,7 @@
 //! τ_f → c (1 + e_c) tanh(θ̇_E / smoothing) + v (1 + e_v) θ̇_E, with the robot's own c and v.
 
 use super::curve::{Curve, CurveAxis, MORE_FRICTION};
+use super::joint_friction::JOINT_FRICTION_EFFECT;
 use super::kind::{Action, Calibration, CalibrationScope, EffectKind};
 use super::location::LocationKind;
 use super::parameter::Parameter;
@@ -29,5 +30,6 @@ pub(super) static FRICTION_ERROR_EFFECT: EffectKind = EffectKind {
         robot.friction.coulomb[joint] *= 1.0 + v[0];
         robot.friction.viscous[joint] *= 1.0 + v[1];
     }),
+    stands_for: Some(&JOINT_FRICTION_EFFECT),
     ..EffectKind::DEFAULT
 };

@@ -95,6 +95,8 @@ pub struct EffectKind {
     /// The robot's own numbers that the parameters add to, in their order, for the joint it is at;
     /// `None` where they stand alone.
     pub adds_to: Option<OwnNumbers>,
+    /// The effect that says the same in other numbers, which is not free beside this one.
+    pub stands_for: Option<&'static EffectKind>,
     /// True for what only a drive has that its file states to be rigid.
     pub of_rigid: bool,
 }
@@ -247,6 +249,7 @@ impl EffectKind {
         calibration: None,
         drawn: None,
         adds_to: None,
+        stands_for: None,
         of_rigid: false,
     };
 
