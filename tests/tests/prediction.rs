@@ -7,7 +7,7 @@ use trueweld_diagnose::{DiagnosisVerdict, diagnose};
 use trueweld_estimate::predict::{ComparedQuantity, Prediction, PreparedLog};
 use trueweld_laboratory::{Protocol, Recipe, effect};
 use trueweld_logs::log::LogKind;
-use trueweld_plant::effects::{Effect, Location, library};
+use trueweld_plant::effects::{Effect, Location, Role, library};
 use trueweld_tests::LABORATORY;
 use trueweld_tests::corpus::{Ready, ready};
 
@@ -150,7 +150,11 @@ fn a_prediction_beside_another_is_the_same_as_by_itself() {
             let at_a_joint = || {
                 let at = Location::Joint(seed as usize);
                 let mut effect = kind.neutral(at);
-                effect.values.iter_mut().for_each(|value| *value += 0.1);
+                for (value, parameter) in effect.values.iter_mut().zip(kind.parameters) {
+                    if let Role::Size { step, .. } = parameter.role {
+                        *value += 2.0 * step;
+                    }
+                }
                 effect
             };
             let drawn = LABORATORY.draw(kind.id, 1.0, &Protocol::short(), seed);

@@ -165,9 +165,9 @@ impl Deflections {
     /// less than the model says, all alike. Infinite where none is stated to be rigid.
     pub(crate) fn left_by_springs(&self) -> f64 {
         /// Sweeps over the factors, each put where it leaves least.
-        const SWEEPS: usize = 100;
+        const SPRING_SWEEPS: usize = 100;
         /// The factor of the joints that bend, after one for each that is rigid.
-        const OTHERS: usize = JOINTS;
+        const BENDING_JOINTS: usize = JOINTS;
         if !self.rigid.contains(&true) {
             return f64::INFINITY;
         }
@@ -176,7 +176,7 @@ impl Deflections {
         for row in &self.rows {
             let mut by = SMatrix::<f64, 6, { JOINTS + 1 }>::zeros();
             for (j, joint) in row.by_joint.iter().enumerate() {
-                let factor = if self.rigid[j] { j } else { OTHERS };
+                let factor = if self.rigid[j] { j } else { BENDING_JOINTS };
                 let moved = joint.moved * joint.torque.dot(&row.wrench);
                 by.set_column(factor, &(by.column(factor) + moved));
             }
@@ -184,11 +184,11 @@ impl Deflections {
             right += by.tr_mul(&row.moved);
         }
         let mut gives = SVector::<f64, { JOINTS + 1 }>::repeat(1.0);
-        for k in (0..SWEEPS).flat_map(|_| 0..=OTHERS) {
+        for k in (0..SPRING_SWEEPS).flat_map(|_| 0..=BENDING_JOINTS) {
             let own: f64 = normal[(k, k)];
             if own > 0.0 {
                 let [low, high] = COMPLIANCE_RATIO_RANGE;
-                let high = if k == OTHERS { high } else { f64::INFINITY };
+                let high = if k == BENDING_JOINTS { high } else { f64::INFINITY };
                 let rest = right[k] - normal.column(k).dot(&gives) + own * gives[k];
                 gives[k] = (rest / own).clamp(low, high);
             }
