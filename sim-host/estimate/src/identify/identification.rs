@@ -12,9 +12,10 @@ use crate::identify::process::{self, Section};
 use crate::residuals::compare::{Notice, baseline, experiments, of_reading};
 use crate::residuals::single_load::single_loads;
 use nalgebra::DMatrix;
-use trueweld_core::{JOINTS, JointParameters, Robot};
+use trueweld_core::{JOINTS, Robot};
 use trueweld_logs::log::{Log, LogKind};
 use trueweld_plant::effects::Location;
+use trueweld_plant::effects::drive_compliance::{SPRING_DAMPING_RATIO, damping};
 use trueweld_plant::input::ModelFile;
 use trueweld_plant::named;
 
@@ -161,7 +162,7 @@ pub fn identify(
             IdentificationTarget::Stiffness if !rigid[j] => {}
             IdentificationTarget::Stiffness if fit.told[j] => {
                 robot.rigid[j] = false;
-                own.damping = usual_damping(given, own.stiffness);
+                own.damping = damping(given, own.stiffness, SPRING_DAMPING_RATIO);
             }
             IdentificationTarget::Stiffness => *own = *given,
             _ => own.stiffness = given.stiffness,
@@ -205,18 +206,12 @@ fn with_springs(model: &ModelFile) -> Result<ModelFile, IdentifyError> {
     for (joint, rigid) in robot.parameters.joints.iter_mut().zip(&mut robot.rigid) {
         if std::mem::take(rigid) {
             let stiffness = SEARCHED_STIFFNESS_SHARE * joint.stiffness;
-            joint.damping = usual_damping(joint, stiffness);
+            joint.damping = damping(joint, stiffness, SPRING_DAMPING_RATIO);
             joint.stiffness = stiffness;
         }
     }
     robot.robot = Robot::new(robot.parameters.clone()).map_err(IdentifyError::Model)?;
     Ok(model)
-}
-
-/// 2 ζ √(K I) with ζ of 3 %, as of geared joints, of a spring in place of a rigid drive, whose numbers
-/// are I ω² and I ω.
-fn usual_damping(rigid: &JointParameters<f64>, stiffness: f64) -> f64 {
-    2.0 * 0.03 * (stiffness * rigid.damping * rigid.damping / rigid.stiffness).sqrt()
 }
 
 fn number(asked: &FreeCoordinate, k: usize, fit: &IdentificationFit, model: &ModelFile) -> Number {

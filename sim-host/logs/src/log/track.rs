@@ -11,6 +11,7 @@ use super::sentinel::Sentinels;
 use super::time_of_day::Midnights;
 use crate::channel::{COUNT, LogChannel};
 use crate::kind::LogKind;
+use crate::resample::median_step;
 use trueweld_plant::input::{InputError, RobotFile, unit_of};
 
 /// How far an encoder may read beyond the robot's limits, rad: limits are set a little inside the
@@ -191,10 +192,15 @@ impl Expected<'_> {
         if !swapped.is_empty() {
             notices.push(LogNotice::RowsSwapped(swapped.len()));
         }
-        if let Some(times) = &columns[TIME_COLUMN]
-            && let Some(wrong) = swapped.into_iter().find(|(row, _)| !fits(times, *row))
-        {
-            return Err(wrong.1);
+        if let (Some(times), false) = (&columns[TIME_COLUMN], swapped.is_empty()) {
+            let usual = median_step(times);
+            // A wrong time lies between others as well; a row that overtook another is about a usual
+            // step from either neighbour.
+            let fits =
+                |row: usize| times[row - 1..=row + 1].windows(2).all(|t| t[1] - t[0] > 0.5 * usual);
+            if let Some((_, wrong)) = swapped.into_iter().find(|(row, _)| !fits(*row)) {
+                return Err(wrong);
+            }
         }
         for (binding, sentinels) in bound.bindings.iter().zip(sentinels) {
             let Some(series) = &mut columns[binding.column] else { continue };
@@ -530,15 +536,6 @@ fn runs_backwards(rows: &dyn RowSource, binding: &Binding, last: f64) -> InputEr
 
 const ORDER_OF_ROWS: &str =
     "Rows are in time order. Two recordings are two logs, each in its own folder.";
-
-/// True for a row that is where another one is missing: about a usual step from either neighbour. A
-/// wrong time lies between others as well.
-fn fits(times: &[f64], row: usize) -> bool {
-    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let middle = steps.len() / 2;
-    let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-    [row - 1, row].iter().all(|k| times[k + 1] - times[*k] > 0.5 * usual)
-}
 
 fn missing(rows: &dyn RowSource, binding: &Binding) -> InputError {
     let name = shown_name(binding.column);

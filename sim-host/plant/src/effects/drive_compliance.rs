@@ -7,10 +7,19 @@ use super::curve::{Curve, CurveAxis, TWIST_BEYOND_SPRING};
 use super::kind::{Action, EffectKind};
 use super::location::LocationKind;
 use super::parameter::Parameter;
+use trueweld_core::JointParameters;
 
-/// Damping over critical of a drive that is rigid, and of one that bends.
+/// Damping over critical of a rigid drive, whose K and D are I ω² and I ω.
 const RIGID_DAMPING_RATIO: f64 = 0.5;
-const SPRING_DAMPING_RATIO: f64 = 0.03;
+
+/// The same of a spring in its place.
+pub const SPRING_DAMPING_RATIO: f64 = 0.03;
+
+/// Damping of a spring in place of a rigid drive, of this stiffness, N·m/rad, and this share of its
+/// critical damping, N·m·s/rad: 2 ζ √(K I), I by the numbers of the rigid drive.
+pub fn damping(rigid: &JointParameters<f64>, stiffness: f64, ratio: f64) -> f64 {
+    ratio / RIGID_DAMPING_RATIO * rigid.damping * (stiffness / rigid.stiffness).sqrt()
+}
 
 pub(super) static DRIVE_COMPLIANCE_EFFECT: EffectKind = EffectKind {
     id: "drive-compliance",
@@ -32,8 +41,9 @@ pub(super) static DRIVE_COMPLIANCE_EFFECT: EffectKind = EffectKind {
         // K over that of the rigid drive.
         let share = 1.0 / (1.0 + joint.stiffness * v[0]);
         let ratio = SPRING_DAMPING_RATIO + (RIGID_DAMPING_RATIO - SPRING_DAMPING_RATIO) * share;
-        joint.stiffness *= share;
-        joint.damping *= share.sqrt() * ratio / RIGID_DAMPING_RATIO;
+        let stiffness = joint.stiffness * share;
+        joint.damping = damping(joint, stiffness, ratio);
+        joint.stiffness = stiffness;
     }),
     of_rigid: true,
     ..EffectKind::DEFAULT

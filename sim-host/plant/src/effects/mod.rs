@@ -19,7 +19,7 @@ pub mod custom;
 mod damping_error;
 mod drag_error;
 mod draw;
-mod drive_compliance;
+pub mod drive_compliance;
 pub mod encoder_offset;
 pub mod expression;
 mod feed_power_law;
