@@ -488,8 +488,8 @@ def improve(
     :param out: Where to write the improved model; of several units, the folder for the file of
         each.
     :param model: Model file (default: the campaign's).
-    :param held_out: Log or campaign that is judged by and not fitted; may be given several times
-        (default: blocks in time of the LOGs).
+    :param held_out: Log or campaign that is judged by and not fitted, of several units each of the
+        one that it states; may be given several times (default: blocks in time of the LOGs).
     :param budget: Time after which no new work is begun: the best answer so far is given, and what
         was left undone (default: none).
     :param json: Write the figures as JSON.

@@ -4,7 +4,7 @@ use crate::improve_fleet;
 use crate::measured::{BudgetArguments, LogArguments, refuse_mistakes, show, tell_mistakes};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
-use miette::{Result, miette};
+use miette::Result;
 use std::path::PathBuf;
 use trueweld::{HeldOutLogs, improve};
 use trueweld_output::{ImproveReport, model_comments};
@@ -17,8 +17,8 @@ pub(crate) struct Arguments {
     /// Where to write the improved model; of several units, the folder for the file of each
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Log or campaign that is judged by and not fitted; may be given several times (default:
-    /// blocks in time of the LOGs)
+    /// Log or campaign that is judged by and not fitted, of several units each of the one that it states;
+    /// may be given several times (default: blocks in time of the LOGs)
     #[arg(long = "held-out", value_name = "LOG")]
     held_out: Vec<PathBuf>,
     #[command(flatten)]
@@ -33,15 +33,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut outputs = arguments.results.outputs();
     check_targets(&outputs)?;
     if arguments.measurements.is_of_several_units()? {
-        if let Some(folder) = arguments.held_out.first() {
-            return Err(miette!(
-                help = "Every unit is judged by blocks in time of its logs. Leave it out, or improve one unit alone.",
-                "--held-out {}: expected none where campaigns are of several units",
-                folder.display()
-            ));
-        }
-        let Arguments { measurements, out, results, .. } = arguments;
-        return improve_fleet::run(measurements, out, deadline, results);
+        let Arguments { measurements, out, held_out, results, .. } = arguments;
+        return improve_fleet::run((measurements, held_out), out, deadline, results);
     }
     outputs.push(("--out", &arguments.out));
     check_targets(&outputs)?;

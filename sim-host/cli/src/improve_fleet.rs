@@ -6,12 +6,12 @@ use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use trueweld::{ImprovedFleet, WorkProgress, improve_fleet, measured_provenance};
+use trueweld::{ImprovedFleet, WorkProgress, hold_out, improve_fleet, measured_provenance};
 use trueweld_output::{ImproveFleetReport, ImproveReport, model_comments};
 
 /// Improves the model of each unit, and writes them into the folder `out`.
 pub(crate) fn run(
-    measurements: &LogArguments,
+    (measurements, held_out): (&LogArguments, &[PathBuf]),
     out: &Path,
     deadline: Option<Instant>,
     results: &RecordedResults,
@@ -33,12 +33,19 @@ pub(crate) fn run(
             &unit.measured.model,
         )?;
     }
+    hold_out(&mut units, held_out)?;
+    let judges = || units.iter().filter_map(|unit| Some((unit, unit.held_out.as_ref()?)));
+    for (unit, held_out) in judges() {
+        let option = format!("--held-out, unit {}", unit.name);
+        refuse_mistakes(&option, &held_out.found, &unit.measured.model)?;
+    }
     let first = &units[0].measured;
     let mut provenance = measured_provenance("improve", &first.model, &first.logs)?;
     for unit in &units[1..] {
         let of = measured_provenance("improve", &unit.measured.model, &unit.measured.logs)?;
         provenance.files.extend(of.files);
     }
+    judges().for_each(|(_, held_out)| provenance.files.extend_from_slice(&held_out.files));
     let file = |name: &str| out.join(format!("{name}.toml"));
     let files: Vec<PathBuf> = units.iter().map(|unit| file(&unit.name)).collect();
     fs::create_dir_all(out)

@@ -6,14 +6,18 @@ use std::fs;
 
 /// Records loads at rest of a cell whose spring of A2 is not linear, as a campaign of a unit.
 fn record(place: &Workspace, unit: &str, seed: &str) {
+    record_day(place, (unit, unit), seed);
+}
+
+fn record_day(place: &Workspace, (unit, folder): (&str, &str), seed: &str) {
     let day = fs::read_to_string(fixture("protocols/laboratory-day.toml")).unwrap();
     let (loads, _) = day.split_once("[[log]]\nname = \"stop-123\"").unwrap();
     let spring =
         "[[effect]]\nid = \"nonlinear-stiffness\"\nat = \"A2\"\ngain = 0.5\ntwist_rad = 4e-4\n";
     let loads = loads.replace("\"../", &format!("\"{}/", fixture("")));
     fs::write(place.path().join("day.toml"), format!("{loads}\n{spring}")).unwrap();
-    place.done(&["record", "day.toml", "--out", unit, "--seed", seed]);
-    change(place, unit, "campaign.toml", "model = ", &format!("unit = \"{unit}\"\nmodel = "));
+    place.done(&["record", "day.toml", "--out", folder, "--seed", seed]);
+    change(place, folder, "campaign.toml", "model = ", &format!("unit = \"{unit}\"\nmodel = "));
 }
 
 fn change(place: &Workspace, folder: &str, file: &str, from: &str, to: &str) {
@@ -28,8 +32,10 @@ fn two_units_are_laid_beside_each_other_and_none_is_called_the_odd_one() {
     let place = Workspace::new();
     record(&place, "one", "1");
     record(&place, "two", "2");
-    let fleet =
-        ["improve", "one", "two", "--out", "models", "--json", "f.json", "--html", "f.html"];
+    record_day(&place, ("two", "two-later"), "12");
+    let mut fleet =
+        vec!["improve", "one", "two", "--out", "models", "--json", "f.json", "--html", "f.html"];
+    fleet.extend(["--held-out", "two-later"]);
     let told = place.done(&fleet);
     assert!(told.contains("Of two units nothing says which is the odd one."), "{told}");
     let value: Value = serde_json::from_slice(&place.bytes("f.json")).unwrap();
@@ -37,6 +43,9 @@ fn two_units_are_laid_beside_each_other_and_none_is_called_the_odd_one() {
     assert_eq!(value["outliers"], Value::Null);
     for (k, unit) in ["one", "two"].iter().enumerate() {
         assert_eq!(value["units"][k]["unit"], *unit);
+        let held_out = value["units"][k]["result"]["held_out"].as_array().unwrap();
+        // A unit whose later day is held out is judged by it, the other by its own logs' blocks.
+        assert_eq!(!held_out.is_empty(), *unit == "two", "{held_out:?}");
         // The model of a unit is that of its result, and is one that its logs can be compared with.
         place.done(&["compare", "--model", &format!("models/{unit}.toml"), unit]);
     }
@@ -68,7 +77,15 @@ fn what_is_no_fleet_is_refused_in_a_sentence_that_says_why() {
         ),
         (&["improve", "one", "six"], &["six/loads", "its rows are those of the log"]),
         (&["improve", "one", "seven"], &["seven/campaign.toml", "letters, digits"]),
-        (&["improve", "one", "two", "--held-out", "two"], &["--held-out two: expected none"]),
+        (
+            &["improve", "one", "two", "--held-out", "two"],
+            &["--held-out two/loads", "also among those to be fitted"],
+        ),
+        (
+            &["improve", "one", "two", "--held-out", "five"],
+            &["--held-out five", "the unit five", "one, two"],
+        ),
+        (&["improve", "one", "two", "--held-out", "one/loads"], &["one/loads", "no unit"]),
         (&["improve", "one", "two", "--samples", "s.csv"], &["--samples: expected none"]),
         (&["improve", "one", "two", "--out", "day.toml"], &["day.toml"]),
         (&["compare", "one", "two"], &["two/campaign.toml", "expected one of one"]),

@@ -1,7 +1,7 @@
 //! Several cells of one type: the model of each improved, and all of them beside each other.
 
 use crate::improve::{ImprovedModel, improve};
-use crate::measured::{GivenLogs, MeasuredLogs};
+use crate::measured::{GivenLogs, HeldOutLogs, MeasuredLogs};
 use crate::work::WorkProgress;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::path::{Path, PathBuf};
@@ -16,6 +16,9 @@ pub struct MeasuredUnit {
     pub name: String,
     /// Its logs, and the model of its type.
     pub measured: MeasuredLogs,
+    /// Logs of it that its model is judged by and not fitted to; where there are none, blocks in time of
+    /// those that are fitted.
+    pub held_out: Option<HeldOutLogs>,
 }
 
 /// Reads the campaigns of units of one type, one group of logs a unit. `model`: the model of the type;
@@ -40,9 +43,33 @@ pub fn read_units(model: Option<&Path>, folders: &[PathBuf]) -> Result<Vec<Measu
     let mut units = Vec::with_capacity(given.len());
     for (name, logs) in given {
         let measured = logs.prepare().wrap_err_with(|| format!("unit {name}"))?;
-        units.push(MeasuredUnit { name, measured });
+        units.push(MeasuredUnit { name, measured, held_out: None });
     }
     Ok(units)
+}
+
+/// Reads folders of logs or of campaigns that units are judged by and not fitted to, each of the unit that
+/// it states.
+///
+/// # Errors
+/// Those of [`HeldOutLogs::read`]; a folder of no unit, or of one that is not among `units`.
+pub fn hold_out(units: &mut [MeasuredUnit], folders: &[PathBuf]) -> Result<()> {
+    for (name, folders) in by_unit(folders)? {
+        let names: Vec<&str> = units.iter().map(|unit| unit.name.as_str()).collect();
+        let place = names.iter().position(|unit| Some(*unit) == name.as_deref());
+        let Some(place) = place else {
+            let stated = name.map_or("no unit".to_owned(), |name| format!("the unit {name}"));
+            return Err(miette!(
+                help = "The `unit` of its campaign.toml says of which robot a recording is.",
+                "--held-out {}: it states {stated}; expected one of those that are improved: {}",
+                folders[0].display(),
+                names.join(", ")
+            ));
+        };
+        let unit = &mut units[place];
+        unit.held_out = Some(HeldOutLogs::read(&folders, &unit.measured)?);
+    }
+    Ok(())
 }
 
 /// Values of units compare only where all are against the same numbers.
@@ -86,10 +113,11 @@ pub fn improve_fleet(
 ) -> Result<ImprovedFleet> {
     let count = units.len();
     let mut improved = Vec::with_capacity(count);
-    for (k, MeasuredUnit { name, measured }) in units.iter_mut().enumerate() {
+    for (k, MeasuredUnit { name, measured, held_out }) in units.iter_mut().enumerate() {
         let now = Instant::now();
         let share = |end: Instant| now + end.saturating_duration_since(now) / (count - k) as u32;
         let done = improve(measured)
+            .held_out(held_out.as_ref())
             .deadline(deadline.map(share))
             .on_progress(&|at| progress(k, at))
             .run();

@@ -105,7 +105,7 @@ pub use core_log::{
 };
 pub use diagnose::{CellDiagnosis, DiagnoseOptions, DiagnoseTask, diagnose};
 pub use fixture::{Embedded, read_input};
-pub use fleet::{ImprovedFleet, MeasuredUnit, improve_fleet, read_units};
+pub use fleet::{ImprovedFleet, MeasuredUnit, hold_out, improve_fleet, read_units};
 pub use identify::identify;
 pub use improve::{ImproveOptions, ImproveTask, ImprovedModel, improve};
 pub use logged_weld::LoggedWeld;
