@@ -1,100 +1,22 @@
-//! Time per call of the core's algorithms, beside the crate `dynibo` on the same arm and the same
-//! states.
-//!
-//! Every call starts from joint angles: nothing is carried over from one state to the next. Before
-//! anything is timed, both engines must agree on all 1024 states, so that equal work is compared.
-//! `docs/speed.md` says how to read it.
+//! Time per call of the core's algorithms, and of what a weld adds. Every call starts from joint
+//! angles: nothing is carried over from one state to the next. `docs/speed.md` says how to read it.
 
 mod support;
 
 use core::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Vector3;
-use support::{Random, STATES, arm, converted};
+use support::{GRAVITY, STATES, States, WORK, algorithms, arm, converted, time};
 use trueweld_core::compensation::{Compensated, Compensator, LoopLimits, Observation};
 use trueweld_core::control::{
     External, ExternalGains, ForceGains, HybridController, JointGains, Parallel, SensorReadings,
     Setpoint, Superposed,
 };
-use trueweld_core::ldlt::Ldlt;
 use trueweld_core::scalar::lit;
 use trueweld_core::{Fault, JOINTS, JointVector, Pose, Real, Robot, Twist, Wrench};
 
-/// Acceleration of gravity that dynibo has built in, m/s².
-const GRAVITY: f64 = 9.80665;
-
-/// Relative agreement asked of the engines before they are timed.
-const AGREEMENT: f64 = 1e-9;
-
-/// A pose with the tool down, away from singularities.
-const WORK: [f64; JOINTS] = [0.2, -0.6, 0.9, 0.3, 0.8, -0.4];
-
 /// Control period, s.
 const PERIOD: f64 = 0.012;
-
-/// Random states as plain numbers: whole range for the algorithms, near `WORK` for what runs in a
-/// weld.
-struct States {
-    q: Vec<[f64; JOINTS]>,
-    v: Vec<[f64; JOINTS]>,
-    a: Vec<[f64; JOINTS]>,
-    torque: Vec<[f64; JOINTS]>,
-    near_work: Vec<[f64; JOINTS]>,
-}
-
-impl States {
-    fn new() -> Self {
-        let mut random = Random::new();
-        let zero = [0.0; JOINTS];
-        Self {
-            q: random.vectors(zero, 2.5),
-            v: random.vectors(zero, 1.0),
-            a: random.vectors(zero, 2.0),
-            torque: random.vectors(zero, 5000.0),
-            near_work: random.vectors(WORK, 0.02),
-        }
-    }
-}
-
-/// Times `call` on state 0, 1, 2, … in turn.
-fn time<R>(criterion: &mut Criterion, name: &str, mut call: impl FnMut(usize) -> R) {
-    criterion.bench_function(name, |bencher| {
-        let mut i = 0;
-        bencher.iter(|| {
-            i = (i + 1) % STATES;
-            call(i)
-        });
-    });
-}
-
-/// The algorithms, each from joint angles.
-fn algorithms<T: Real>(criterion: &mut Criterion, scalar: &str) {
-    let robot = arm::<T>(GRAVITY);
-    let robot = black_box(&robot);
-    let states = States::new();
-    let (q, v, a) =
-        (converted::<T>(&states.q), converted::<T>(&states.v), converted::<T>(&states.a));
-    let torque = converted::<T>(&states.torque);
-    let none = Wrench::zero();
-    time(criterion, &format!("{scalar}/six sine-cosine pairs"), |i| q[i].map(|x| x.sin_cos()));
-    time(criterion, &format!("{scalar}/forward kinematics"), |i| robot.forward_kinematics(&q[i]));
-    time(criterion, &format!("{scalar}/all frames"), |i| robot.frames(&q[i]));
-    time(criterion, &format!("{scalar}/Jacobian"), |i| robot.frames(&q[i]).jacobian());
-    time(criterion, &format!("{scalar}/gravity"), |i| robot.gravity_torque(&robot.frames(&q[i])));
-    time(criterion, &format!("{scalar}/RNEA"), |i| {
-        robot.rnea(&robot.frames(&q[i]), &v[i], &a[i], &none)
-    });
-    time(criterion, &format!("{scalar}/bias"), |i| {
-        robot.nonlinear_effects(&robot.frames(&q[i]), &v[i])
-    });
-    time(criterion, &format!("{scalar}/CRBA"), |i| robot.crba(&robot.frames(&q[i])));
-    time(criterion, &format!("{scalar}/CRBA, Cholesky, solve"), |i| {
-        Ldlt::new(robot.crba(&robot.frames(&q[i]))).map(|m| m.solve(&torque[i]))
-    });
-    time(criterion, &format!("{scalar}/forward dynamics"), |i| {
-        robot.forward_dynamics(&robot.frames(&q[i]), &v[i], &torque[i], &none)
-    });
-}
 
 /// One control period on set-point, nominal pose and instruments.
 type Cycle<'a, T> = dyn FnMut(&Setpoint<T>, &Pose<T>, &SensorReadings<T>) -> Option<Fault> + 'a;
@@ -208,96 +130,8 @@ impl<T: Real> Compensator<T> for FakeTarget {
     }
 }
 
-/// dynibo on the same states, after both engines were seen to agree.
-fn peer(criterion: &mut Criterion) {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/robots/arm6.urdf");
-    let mut robot = dynibo::Robot::from_urdf(path).expect("dynibo reads the benchmark's arm");
-    let tcp = robot.link_id("tcp").expect("the arm has a tool");
-    let states = States::new();
-    agree(&mut robot, tcp, &states);
-    let States { q, v, a, torque, .. } = states;
-    let fails = "dynibo takes what it has just been checked with";
-    time(criterion, "dynibo/forward kinematics", |i| {
-        robot.forward_kinematics(&q[i], tcp).expect(fails)
-    });
-    let mut j = [0.0; JOINTS * JOINTS];
-    time(criterion, "dynibo/Jacobian", |i| {
-        robot.jacobian(&q[i], tcp, &mut j).expect(fails);
-        black_box(&j);
-    });
-    let mut out = [0.0; JOINTS];
-    time(criterion, "dynibo/gravity", |i| {
-        robot.gravity(&q[i], &[], &mut out).expect(fails);
-        black_box(&out);
-    });
-    time(criterion, "dynibo/RNEA", |i| {
-        robot.inverse_dynamics(&q[i], &v[i], &a[i], &[], &mut out).expect(fails);
-        black_box(&out);
-    });
-    time(criterion, "dynibo/bias", |i| {
-        robot.inverse_dynamics(&q[i], &v[i], &[0.0; JOINTS], &[], &mut out).expect(fails);
-        black_box(&out);
-    });
-    time(criterion, "dynibo/CRBA", |i| {
-        robot.mass_matrix(&q[i], &mut j).expect(fails);
-        black_box(&j);
-    });
-    time(criterion, "dynibo/forward dynamics", |i| {
-        robot.forward_dynamics(&q[i], &v[i], &torque[i], &[], &mut out).expect(fails);
-        black_box(&out);
-    });
-}
-
-/// Panics where the two engines differ on any state.
-fn agree(peer: &mut dynibo::Robot, tcp: dynibo::LinkId, states: &States) {
-    let robot = arm::<f64>(GRAVITY);
-    let fails = "dynibo takes any finite state";
-    for i in 0..STATES {
-        let vector = |v: &[f64; JOINTS]| JointVector::from(*v);
-        let (q, v, a, torque) = (&states.q[i], &states.v[i], &states.a[i], &states.torque[i]);
-        let frames = robot.frames(&vector(q));
-        let none = Wrench::zero();
-
-        let frame = peer.forward_kinematics(q, tcp).expect(fails);
-        same("tool position", frames.tcp.position.as_slice(), frame.translation.vector.as_slice());
-        let theirs = frame.rotation.to_rotation_matrix();
-        same("tool rotation", frames.tcp.rotation.as_slice(), theirs.matrix().as_slice());
-
-        let mut out = [0.0; JOINTS];
-        peer.inverse_dynamics(q, v, a, &[], &mut out).expect(fails);
-        same("RNEA", robot.rnea(&frames, &vector(v), &vector(a), &none).as_slice(), &out);
-        peer.inverse_dynamics(q, v, &[0.0; JOINTS], &[], &mut out).expect(fails);
-        same("bias", robot.nonlinear_effects(&frames, &vector(v)).as_slice(), &out);
-        peer.gravity(q, &[], &mut out).expect(fails);
-        same("gravity", robot.gravity_torque(&frames).as_slice(), &out);
-
-        // M is symmetric: rows or columns make no difference.
-        let mut m = [0.0; JOINTS * JOINTS];
-        peer.mass_matrix(q, &mut m).expect(fails);
-        same("mass matrix", robot.crba(&frames).as_slice(), &m);
-        peer.forward_dynamics(q, v, torque, &[], &mut out).expect(fails);
-        let ours = robot
-            .forward_dynamics(&frames, &vector(v), &vector(torque), &none)
-            .expect("M is definite");
-        same("forward dynamics", ours.as_slice(), &out);
-        peer.jacobian(q, tcp, &mut m).expect(fails);
-        same("Jacobian", frames.jacobian().0.as_slice(), &m);
-    }
-}
-
-/// Panics where numbers of the two engines differ.
-fn same(what: &str, ours: &[f64], theirs: &[f64]) {
-    let size = ours.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
-    let off = ours.iter().zip(theirs).fold(0.0_f64, |m, (x, y)| m.max((x - y).abs()));
-    assert!(
-        ours.len() == theirs.len() && off <= AGREEMENT * size,
-        "{what} differs: {ours:?} and {theirs:?}"
-    );
-}
-
 fn all(criterion: &mut Criterion) {
     algorithms::<f64>(criterion, "f64");
-    peer(criterion);
     algorithms::<f32>(criterion, "f32");
     welding::<f64>(criterion, "f64");
     welding::<f32>(criterion, "f32");

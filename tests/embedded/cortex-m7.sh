@@ -4,7 +4,7 @@
 #
 #   --install  fetches what is missing by apt first (Debian), and the target by rustup where there is one
 #   --renew    writes bounds.txt anew, 10 % above what is reached
-#   --table    prints what is reached as the tables of docs/results.md
+#   --table    prints what is reached, as docs/results.md has it
 #
 # Needs qemu-system-arm, size of LLVM and arm-none-eabi-gcc with newlib; and either a rustup toolchain with
 # thumbv7em-none-eabihf, or Debian's rustc-web cargo-web rust-web-src lld.

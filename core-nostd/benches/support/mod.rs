@@ -1,15 +1,24 @@
-//! The arm of `fixtures/robots/arm6.urdf` as this project's parameters, and the random states of
-//! the benchmarks.
+//! The arm of `fixtures/robots/arm6.urdf` as this project's parameters, the random states of the
+//! benchmarks, and the algorithms that are timed on them, beside those of peers too.
 
+use core::hint::black_box;
+use criterion::Criterion;
 use nalgebra::{Matrix3, Vector3};
+use trueweld_core::ldlt::Ldlt;
 use trueweld_core::scalar::lit;
 use trueweld_core::{
     Counterbalance, Friction, JOINTS, JointParameters, JointVector, Real, Robot, RobotParameters,
-    ToolParameters,
+    ToolParameters, Wrench,
 };
 
 /// States cycled through, enough that branch prediction and caches see no repetition.
 pub(crate) const STATES: usize = 1024;
+
+/// Acceleration of gravity, m/s², as the peer `dynibo` has it built in.
+pub(crate) const GRAVITY: f64 = 9.80665;
+
+/// A pose with the tool down, away from singularities.
+pub(crate) const WORK: [f64; JOINTS] = [0.2, -0.6, 0.9, 0.3, 0.8, -0.4];
 
 /// Pitch of the tool in the last link, rad.
 const TOOL_PITCH: f64 = core::f64::consts::FRAC_PI_4;
@@ -110,4 +119,68 @@ impl Random {
 /// The same vectors in the scalar of a benchmark.
 pub(crate) fn converted<T: Real>(vectors: &[[f64; JOINTS]]) -> Vec<JointVector<T>> {
     vectors.iter().map(|v| JointVector::from(v.map(lit))).collect()
+}
+
+/// Random states as plain numbers: whole range for the algorithms, near `WORK` for what runs in a
+/// weld.
+pub(crate) struct States {
+    pub(crate) q: Vec<[f64; JOINTS]>,
+    pub(crate) v: Vec<[f64; JOINTS]>,
+    pub(crate) a: Vec<[f64; JOINTS]>,
+    pub(crate) torque: Vec<[f64; JOINTS]>,
+    pub(crate) near_work: Vec<[f64; JOINTS]>,
+}
+
+impl States {
+    pub(crate) fn new() -> Self {
+        let mut random = Random::new();
+        let zero = [0.0; JOINTS];
+        Self {
+            q: random.vectors(zero, 2.5),
+            v: random.vectors(zero, 1.0),
+            a: random.vectors(zero, 2.0),
+            torque: random.vectors(zero, 5000.0),
+            near_work: random.vectors(WORK, 0.02),
+        }
+    }
+}
+
+/// Times `call` on state 0, 1, 2, … in turn.
+pub(crate) fn time<R>(criterion: &mut Criterion, name: &str, mut call: impl FnMut(usize) -> R) {
+    criterion.bench_function(name, |bencher| {
+        let mut i = 0;
+        bencher.iter(|| {
+            i = (i + 1) % STATES;
+            call(i)
+        });
+    });
+}
+
+/// The algorithms, each from joint angles.
+pub(crate) fn algorithms<T: Real>(criterion: &mut Criterion, scalar: &str) {
+    let robot = arm::<T>(GRAVITY);
+    let robot = black_box(&robot);
+    let states = States::new();
+    let (q, v, a) =
+        (converted::<T>(&states.q), converted::<T>(&states.v), converted::<T>(&states.a));
+    let torque = converted::<T>(&states.torque);
+    let none = Wrench::zero();
+    time(criterion, &format!("{scalar}/six sine-cosine pairs"), |i| q[i].map(|x| x.sin_cos()));
+    time(criterion, &format!("{scalar}/forward kinematics"), |i| robot.forward_kinematics(&q[i]));
+    time(criterion, &format!("{scalar}/all frames"), |i| robot.frames(&q[i]));
+    time(criterion, &format!("{scalar}/Jacobian"), |i| robot.frames(&q[i]).jacobian());
+    time(criterion, &format!("{scalar}/gravity"), |i| robot.gravity_torque(&robot.frames(&q[i])));
+    time(criterion, &format!("{scalar}/RNEA"), |i| {
+        robot.rnea(&robot.frames(&q[i]), &v[i], &a[i], &none)
+    });
+    time(criterion, &format!("{scalar}/bias"), |i| {
+        robot.nonlinear_effects(&robot.frames(&q[i]), &v[i])
+    });
+    time(criterion, &format!("{scalar}/CRBA"), |i| robot.crba(&robot.frames(&q[i])));
+    time(criterion, &format!("{scalar}/CRBA, Cholesky, solve"), |i| {
+        Ldlt::new(robot.crba(&robot.frames(&q[i]))).map(|m| m.solve(&torque[i]))
+    });
+    time(criterion, &format!("{scalar}/forward dynamics"), |i| {
+        robot.forward_dynamics(&robot.frames(&q[i]), &v[i], &torque[i], &none)
+    });
 }

@@ -91,8 +91,10 @@ struct CalibrationGroup {
 /// The choice of calibrations on the linear model of a fit.
 struct Choice<'f> {
     linear: &'f Linear,
-    /// What the sum of squares is to be trusted by.
-    inflation: f64,
+    /// The fit with all of them.
+    fitted: &'f Fitted,
+    /// How many groups there are to choose from.
+    choices: usize,
     kept: Vec<usize>,
     names: Vec<CalibrationGroup>,
     cost: f64,
@@ -102,7 +104,7 @@ struct Choice<'f> {
 impl Choice<'_> {
     /// What a group's values cost.
     fn price(&self, group: &CalibrationGroup) -> f64 {
-        self.inflation * (rules::KEEP + rules::KEEP_EACH * group.values.len() as f64)
+        rules::calibration_price(self.fitted, self.choices, group.values.len())
     }
 
     /// Adds groups by steps, each the one that brings the most, as long as that is more than it
@@ -194,7 +196,7 @@ pub(crate) fn select_calibrations(
             }),
         }
     }
-    let inflation = rules::variance_inflation(fitted);
+    let choices = groups.len();
     let sums = in_all_logs(point, &mut groups);
     let linear = fitted.linear.with_sums(&sums);
     let Some((cost, step)) = linear.with_only(&kept) else {
@@ -202,7 +204,8 @@ pub(crate) fn select_calibrations(
     };
     let (mut mounting, mut other): (Vec<CalibrationGroup>, Vec<CalibrationGroup>) =
         groups.into_iter().partition(|g| g.of_postures);
-    let mut choice = Choice { linear: &linear, inflation, kept, names: Vec::new(), cost, step };
+    let mut choice =
+        Choice { linear: &linear, fitted, choices, kept, names: Vec::new(), cost, step };
     choice.add(&mut other);
     choice.add(&mut mounting);
     choice.drop_spare();
@@ -301,8 +304,8 @@ pub(crate) fn select_calibrations(
         .map_while(|free| slopes_of(&apart, free, (&common.point, &common.slopes)))
         .collect();
     if split && let Some(apart) = refit(&apart, &known) {
-        let more = apart.point.free.len().saturating_sub(common.point.free.len()) as f64;
-        if common.cost - apart.cost > inflation * (rules::KEEP + rules::KEEP_EACH * more) {
+        let more = apart.point.free.len().saturating_sub(common.point.free.len());
+        if common.cost - apart.cost > rules::calibration_price(fitted, 1, more) {
             return drop_insignificant(problem, blocks, (apart, names));
         }
     }
@@ -342,8 +345,8 @@ pub(super) fn drop_insignificant(
     let slopes = point.free.iter();
     let known: Vec<Slopes> =
         slopes.map_while(|free| slopes_of(&point, free, (&fitted.point, &fitted.slopes))).collect();
-    let values = (fitted.point.free.len() - point.free.len()) as f64;
-    let price = rules::variance_inflation(&fitted) * (rules::KEEP + rules::KEEP_EACH * values);
+    let values = fitted.point.free.len() - point.free.len();
+    let price = rules::calibration_price(&fitted, names.len() + 1, values);
     match fit::fit(problem, &point, blocks, &known, SolverOptions::full(0)) {
         Ok(fewer) if fewer.cost - fitted.cost < price => {
             drop_insignificant(problem, blocks, (fewer, names))

@@ -10,13 +10,11 @@ use crate::found::{
 };
 use crate::gate::{HeldOutGain, may_be_named};
 use crate::gross_calibration::gross_calibration;
-use crate::log_evidence::{
-    DECISIVE, NAMED, RivalNoise, UNNAMED_PROBABILITY_MAX, exceeds_noise, is_of_library,
-    is_significant,
-};
+use crate::log_evidence::{RivalNoise, exceeds_noise, is_of_library, is_significant};
 use crate::mountings::{self, Mountings};
 use crate::rules::{
-    self, excess_chi_square, held_out_score, noise_chi_square, score, within_noise,
+    self, DECISIVE, NAMED, UNNAMED_PROBABILITY_MAX, excess_chi_square, held_out_score,
+    noise_chi_square, score, within_noise,
 };
 use crate::screen::{EffectLimit, ScreenedEffect, SearchContext, likeliest, screen};
 use crate::search::{self, Explained, evaluate_uncalibrated, fit_all, fit_calibrations};
@@ -442,16 +440,10 @@ fn verdict(problem: &FitProblem, null: &Fitted, chosen: &[Fitted]) -> DiagnosisV
     let left = excess_chi_square(problem, &best.residuals)
         / excess_chi_square(problem, &null.residuals).max(1.0);
     let score = (fit::chi_square(&best.residuals) / noise_chi_square(problem).max(1.0)).sqrt();
-    let (near, most) =
-        (score < rules::NEAR_FLOOR_SCORE, left < rules::REMAINING_SHARE_MAX_NEAR_FLOOR);
     // Two effects together bend to much that neither is: they must come near.
-    let partly = score < rules::TOO_FAR && left < rules::REMAINING_SHARE_MAX && chosen.len() < 2;
-    let explained =
-        partly || (near && most) || (within_noise(problem, &best.residuals) && (near || most));
-    // What lowers everything a little and leaves what stands out is not what stands there.
-    let [out, left_out] =
-        [null, best].map(|fitted| rules::noise_excess(problem, &fitted.residuals));
-    if explained && left_out <= rules::HALVED * out && !fits_anything(problem, best) {
+    let mostly = score < rules::TOO_FAR && left < rules::REMAINING_SHARE_MAX && chosen.len() < 2;
+    let explained = mostly || within_noise(problem, &best.residuals);
+    if explained && !fits_anything(problem, best) {
         DiagnosisVerdict::EffectFound
     } else {
         DiagnosisVerdict::UnknownEffect

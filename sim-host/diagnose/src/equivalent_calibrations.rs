@@ -43,7 +43,7 @@ pub(super) fn equivalent_calibrations(
             others.push(value);
         }
     }
-    let tied_cost = improved.cost + rules::TIED * rules::variance_inflation(improved);
+    let tied_cost = improved.cost + rules::DECISIVE_FALL * rules::variance_inflation(improved);
     let mut equivalent = Vec::new();
     for value in others {
         if problem.is_late() {

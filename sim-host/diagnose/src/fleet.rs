@@ -10,8 +10,8 @@
 //! of its own (zeros, registrations, how the tool is mounted).
 
 use crate::improve::{Improvement, ImprovementStep, is_renewed};
-use crate::log_evidence::DECISIVE;
 use crate::posterior::of_fit;
+use crate::rules::DECISIVE;
 use crate::{DiagnosisVerdict, FittedEffect};
 use trueweld_estimate::fit::calibration::{calibrations, in_proportion, is_calibration};
 use trueweld_estimate::fit::{FitProblem, SolverOptions, blocks_of, fit};

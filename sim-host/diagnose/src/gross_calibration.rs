@@ -24,7 +24,7 @@ pub(super) fn gross_calibration(
     if problem.is_late() {
         return None;
     }
-    let tied = rules::TIED * rules::variance_inflation(best.unwrap_or(null));
+    let tied = rules::DECISIVE_FALL * rules::variance_inflation(best.unwrap_or(null));
     let place = best.and_then(|best| Some(best.point.shared.last()?.at));
     let alone = null.cost - tied;
     let dearest = |at: Location| match best {

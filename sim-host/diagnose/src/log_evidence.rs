@@ -9,7 +9,7 @@
 //! 2017 (held-out log scores); Newey and West 1987 (long-run variance).
 
 use crate::found::joint_range;
-use crate::rules::{evidence_weights, prior_penalty, values_of};
+use crate::rules::{DECISIVE, evidence_weights, prior_penalty, values_of};
 use crate::screen::{HIGHEST_ORDER, alternatives_of, screened_kinds};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -18,16 +18,6 @@ use trueweld_estimate::fit::covariance::{columns, long_run_ratios};
 use trueweld_estimate::fit::{self, FitProblem, Fitted, Residuals};
 use trueweld_estimate::predict::{Compared, ComparedQuantity, PreparedLog};
 use trueweld_plant::effects::{Effect, Location, Parameter, Role};
-
-/// Evidence from which on an explanation counts, nats: a hundred to one, which is called decisive
-/// (Jeffreys 1961; Kass and Raftery 1995).
-pub(crate) const DECISIVE: f64 = 4.605;
-
-/// Probability from which on something is named: a wrong name costs nine times what "unknown" does.
-pub(crate) const NAMED: f64 = 0.9;
-
-/// Probability at most of all explanations together where what they leave says that none is right.
-pub(crate) const UNNAMED_PROBABILITY_MAX: f64 = 0.5;
 
 /// Probability that an explanation with so much evidence, nats, is no neighbour of something outside
 /// the library, which is as likely beforehand. Of what that does the likeliest neighbour does some share

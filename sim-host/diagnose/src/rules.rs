@@ -8,31 +8,29 @@ use trueweld_estimate::fit::{self, BLOCKS, FitProblem, Fitted, Residuals};
 use trueweld_estimate::predict::{Compared, ComparedQuantity};
 use trueweld_estimate::residuals::finding::NOISE_FLOOR_SCORE;
 
+/// Evidence from which on an explanation counts, nats: a hundred to one, which is called decisive
+/// (Jeffreys 1961; Kass and Raftery 1995).
+pub const DECISIVE: f64 = 4.605;
+/// The same as a difference of sums of squares, in what chance makes of a residual.
+pub const DECISIVE_FALL: f64 = 2.0 * DECISIVE;
+/// Probability from which on something is named: a wrong name costs nine times what "unknown" does.
+pub(crate) const NAMED: f64 = 0.9;
+/// Probability at most of all explanations together where what they leave says that none is right.
+pub(crate) const UNNAMED_PROBABILITY_MAX: f64 = 0.5;
 /// Fall of the held-out sum of squares that chance does not reach among some hundred hypotheses.
 pub const GAIN: f64 = 30.0;
 /// Least share of what is above the floor that an effect must explain.
 pub const EXPLAINED_SHARE_MIN: f64 = 0.1;
 /// Share of what was above the floor that an explanation may leave.
 pub const REMAINING_SHARE_MAX: f64 = 0.04;
-/// The same, where all together is as near to the floor as this score.
-pub(crate) const REMAINING_SHARE_MAX_NEAR_FLOOR: f64 = 0.5;
 /// Share of what one effect leaves standing out of the floor that a second one may leave.
 pub(crate) const HALVED: f64 = 0.5;
 /// Fall of the sum of squares that a second effect must bring, and one that hardly lowers any channel.
 pub const AMPLE: f64 = 100.0;
 /// Score from which on an explanation leaves too much, whatever it explains.
 pub(crate) const TOO_FAR: f64 = 2.0;
-/// Score that is near the floor.
-pub const NEAR_FLOOR_SCORE: f64 = 1.05;
 /// Score of any channel from which on something is above the floor.
 pub(crate) const SURELY_ABOVE: f64 = 1.3;
-/// Fall of the sum of squares that a calibration must bring to be kept, and so much more for each
-/// value it has.
-pub(crate) const KEEP: f64 = 25.0;
-/// The same for each value.
-pub const KEEP_EACH: f64 = 6.0;
-/// Difference of the cost up to which two explanations are tied, in what chance makes of a residual.
-pub const TIED: f64 = 9.0;
 /// Standard deviations of what was expected of a calibration beyond which it is none.
 pub const GROSS_CALIBRATION_DEVIATIONS: f64 = 5.0;
 /// Delay of motor torque that is no more than how a controller holds its commands, as a share of
@@ -94,6 +92,17 @@ impl SquareSum {
         self.square += other.square;
         self.count += other.count;
     }
+}
+
+/// Fall of the sum of squares that so many values of a calibration must bring to be kept: a hundred to one,
+/// the logarithm of how many calibrations there are to choose from, and for each value half of that of
+/// how many residuals count as independent ones (Schwarz 1978), twice, as sums of squares are twice a
+/// logarithm. By a fit with all of them.
+pub(crate) fn calibration_price(fitted: &Fitted, choices: usize, values: usize) -> f64 {
+    let inflation = variance_inflation(fitted);
+    let independent = fit::count(&fitted.residuals) as f64 / AUTOCORRELATION_INFLATION;
+    let of_value = independent.max(1.0).ln();
+    inflation * (DECISIVE_FALL + 2.0 * (choices.max(1) as f64).ln() + values as f64 * of_value)
 }
 
 /// Sums of squares by log and whatever else `key` tells values apart by.

@@ -2,8 +2,8 @@
 
 use super::confuse::Confusable;
 use super::found::{FittedEffect, found_effects};
-use super::log_evidence::{NAMED, RivalNoise, evidence_in_noise, is_of_library, is_significant};
-use super::rules::{self, noise_excess};
+use super::log_evidence::{RivalNoise, evidence_in_noise, is_of_library, is_significant};
+use super::rules::{self, DECISIVE_FALL, NAMED, noise_excess};
 use super::screen::{ScreenedEffect, Screening, SearchContext, likeliest, screen_again};
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -284,8 +284,7 @@ pub(super) fn refit_scaled(
             / fit::count(&fitted.residuals).max(1) as f64)
             .max(1.0);
         let best = aside.min_by(|a, b| a.cost.total_cmp(&b.cost));
-        let Some(better) = best.filter(|b| b.cost < fitted.cost - SCALED_FIT_FALL_MIN * inflation)
-        else {
+        let Some(better) = best.filter(|b| b.cost < fitted.cost - DECISIVE_FALL * inflation) else {
             break;
         };
         *fitted = better;
@@ -300,11 +299,9 @@ fn has_play(problem: &FitProblem, effect: &Effect) -> bool {
     robot.is_ok_and(|robot| (0..JOINTS).any(|i| robot.play(i) > 0.0))
 }
 
-/// Factors on a size by which it is tried aside, how often, and by how much the cost must fall with
-/// it, in what chance makes of a residual: three standard deviations.
+/// Factors on a size by which it is tried aside, and how often.
 const SCALED_FIT_FACTORS: [f64; 6] = [0.8, 0.93, 0.98, 1.02, 1.07, 1.25];
 const SCALED_FIT_ROUNDS: usize = 4;
-const SCALED_FIT_FALL_MIN: f64 = 9.0;
 
 /// Fits on from where a fit stands.
 pub(crate) fn refit(
@@ -389,7 +386,7 @@ pub(super) fn alternatives(
             refit(ctx.problem, ctx.blocks, &mut best, options);
             Some(best)
         });
-        found.extend(fits.filter(|f| f.cost - fitted.cost < rules::TIED * inflation));
+        found.extend(fits.filter(|f| f.cost - fitted.cost < DECISIVE_FALL * inflation));
     }
     found
 }
@@ -469,7 +466,7 @@ fn add_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Option<(Fitted, Fitte
         None => {
             let beside = SearchContext { null: &before, ..*ctx };
             let reach =
-                beside.penalized_cost(&more) + rules::TIED * rules::variance_inflation(&more);
+                beside.penalized_cost(&more) + DECISIVE_FALL * rules::variance_inflation(&more);
             let alike = further.filter(|other| beside.penalized_cost(other) < reach).collect();
             Some((before, more, alike))
         }

@@ -17,8 +17,12 @@ const FACTORS: [f64; JOINTS] = [58.0, -61.5, 40.25, 12.5, 9.75, 8.0];
 
 /// The free motion with its torques as currents whose factors are not stated; of A6 noise alone.
 fn currents() -> Log {
+    currents_in("A")
+}
+
+fn currents_in(unit: &str) -> Log {
     let columns: String = (1..=6)
-        .map(|i| format!("\"tm{i}_nm\" = {{ channel = \"tm{i}\", unit = \"A\" }}\n"))
+        .map(|i| format!("\"tm{i}_nm\" = {{ channel = \"tm{i}\", unit = \"{unit}\" }}\n"))
         .collect();
     let text = format!("{}\n[columns]\n{columns}", toml("free"));
     changed("free", &text, &mut |name, k, value| {
@@ -65,6 +69,19 @@ fn factors_of_currents_are_found_and_fitted_with_their_intervals() {
         // The recorder's 40 N·m and the model's stiffness leave a few per cent of the smallest.
         assert!((k * (1.0 + off) / factor - 1.0).abs() < 0.05, "{effect:?}, {factor}");
     }
+}
+
+#[test]
+fn a_current_in_another_unit_than_the_first_log_s_is_left_out_and_told() {
+    let mut logs = [currents(), currents_in("%")];
+    find(&mut logs, &baseline(&model())).unwrap();
+    assert!(logs[0].samples.motor_torque[..5].iter().all(Option::is_some));
+    assert!(logs[1].samples.motor_torque.iter().all(Option::is_none));
+    let other = LogNotice::FactorOfAnotherUnit { column: "tm1_nm", unit: "%", other: "A" };
+    assert!(logs[1].notices.contains(&other), "{:?}", logs[1].notices);
+    // Of A6 neither shows its factor.
+    let unknown = LogNotice::FactorUnknown { column: "tm6_nm", unit: "%" };
+    assert!(logs[1].notices.contains(&unknown), "{:?}", logs[1].notices);
 }
 
 #[test]

@@ -298,7 +298,7 @@ fn statements(judged: &Judged) -> Vec<(f64, bool)> {
 /// True where what is hidden, had it been known, fits better than the answer by more than a tie allows.
 fn told(j: &Judged) -> bool {
     j.truth_cost.is_some_and(|truth| {
-        j.answer_cost - truth > rules::TIED * trueweld_estimate::AUTOCORRELATION_INFLATION
+        j.answer_cost - truth > rules::DECISIVE_FALL * trueweld_estimate::AUTOCORRELATION_INFLATION
     })
 }
 

@@ -397,7 +397,7 @@ impl FittedCurve {
         let candidate = self.candidate.turning_over(context, width)?;
         let other = fit_curve(context, &candidate, self.layout)?;
         let as_good =
-            self.fitted.held_out() + rules::TIED * rules::variance_inflation(&self.fitted);
+            self.fitted.held_out() + rules::DECISIVE_FALL * rules::variance_inflation(&self.fitted);
         (other.fitted.held_out() < as_good).then_some(other)
     }
 

@@ -450,7 +450,7 @@ fn length(form: &FormulaForm, count: usize) -> f64 {
 }
 
 /// What a symbol of a formula costs: twice the logarithm of some ten that may stand there.
-const SYMBOL: f64 = 4.6;
+const SYMBOL: f64 = 2.0 * std::f64::consts::LN_10;
 
 /// The best formula in a curve's place, fitted through the plant; `None` where none is as good on
 /// blocks left out. `first`: one that was fitted before.
@@ -466,7 +466,7 @@ pub(super) fn law(
     found.truncate(FITTED_FORMULAS);
     let of_curve = curve.fitted.held_out();
     let least = first.map_or(of_curve, |first| first.fitted.held_out().min(of_curve));
-    let best = least + rules::TIED * inflation;
+    let best = least + rules::DECISIVE_FALL * inflation;
     let fits: Vec<FittedFormula> = found
         .into_par_iter()
         .filter(|_| !context.problem.is_late())

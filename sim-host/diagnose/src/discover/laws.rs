@@ -84,7 +84,8 @@ impl<'a> Library<'a> {
             left > DISCOVERY_REMAINDER_MAX && !rules::within_noise(self.problem, &fitted.residuals);
         // What is freer than an effect and tied with it is no law: what it predicts better of blocks
         // left out it owes to calibrations that are farther off than expected.
-        let fits_better = fitted.cost < self.cost - rules::TIED * rules::variance_inflation(fitted);
+        let fits_better =
+            fitted.cost < self.cost - rules::DECISIVE_FALL * rules::variance_inflation(fitted);
         let beyond = self.beyond(self.held_out, self.within_noise, law.noise());
         !partial && fits_better && law.held_out <= beyond
     }
@@ -188,7 +189,7 @@ fn laws(
     let Some(least) = laws.first() else {
         return Vec::new();
     };
-    let reach = least.held_out + rules::TIED * rules::variance_inflation(least.fitted());
+    let reach = least.held_out + rules::DECISIVE_FALL * rules::variance_inflation(least.fitted());
     laws.retain(|law| law.held_out <= reach);
     let order = hypotheses::all();
     let place = |h: &Hypothesis| order.iter().position(|one| one == h).unwrap_or(order.len());

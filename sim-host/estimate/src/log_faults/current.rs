@@ -11,8 +11,8 @@ use trueweld_logs::HALF_95;
 use trueweld_logs::channel::LogChannel;
 use trueweld_logs::log::{FoundFactor, Log, LogNotice};
 
-/// Turns such columns into torque, one factor a joint for all logs that have its current in one unit;
-/// what does not show its factor is left out. True where there was one.
+/// Turns such columns into torque, one factor a joint for all logs that have its current in one unit, the
+/// first that shows its factor; what is in another, or shows none, is left out. True where there was one.
 pub(super) fn scale(
     logs: &mut [Log],
     rows: &[Vec<LogRow>],
@@ -26,6 +26,7 @@ pub(super) fn scale(
             .iter()
             .map(|log| log.origin.currents[joint].filter(|c| c.factor.is_none()).map(|c| c.unit))
             .collect();
+        let mut with_factor: Option<&'static str> = None;
         for (first, unit) in units.iter().enumerate().filter_map(|(k, unit)| Some((k, (*unit)?))) {
             if units[..first].contains(&Some(unit)) {
                 continue;
@@ -37,17 +38,24 @@ pub(super) fn scale(
             let stated = stated[joint].map(|factor| (factor, None));
             let fitted =
                 || factor(&moved, robot, has_rotor(joint), joint).map(|[f, half]| (f, Some(half)));
-            let found = stated.or_else(fitted);
+            let found = if with_factor.is_some() { None } else { stated.or_else(fitted) };
             let column = LogChannel::MotorTorque.entry().columns[joint];
             for k in same {
                 logs[k].scale_current(joint, found.map(|(factor, _)| factor));
             }
-            match found {
-                Some((factor, interval)) => {
+            match (found, with_factor) {
+                (Some((factor, interval)), _) => {
+                    with_factor = Some(unit);
                     let factor = FoundFactor { column, unit, factor, interval };
                     found_factors[first].push(factor);
                 }
-                None => logs[first].notices.push(LogNotice::FactorUnknown { column, unit }),
+                (None, Some(other)) => {
+                    let notice = LogNotice::FactorOfAnotherUnit { column, unit, other };
+                    logs[first].notices.push(notice);
+                }
+                (None, None) => {
+                    logs[first].notices.push(LogNotice::FactorUnknown { column, unit });
+                }
             }
         }
     }

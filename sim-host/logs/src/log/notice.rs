@@ -64,6 +64,16 @@ pub enum LogNotice {
         /// Its unit.
         unit: &'static str,
     },
+    /// A motor torque in a unit whose factor is not stated, of a joint whose torque another log has in
+    /// another such unit: a model has one factor, so it is left out.
+    FactorOfAnotherUnit {
+        /// The column.
+        column: &'static str,
+        /// Its unit.
+        unit: &'static str,
+        /// The other log's.
+        other: &'static str,
+    },
     /// Rows were thinned to a longer period; nothing faster is compared, and the noise is that of
     /// the thinned rows.
     Thinned {

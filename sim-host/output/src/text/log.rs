@@ -77,6 +77,10 @@ pub fn notice(notice: &LogNotice) -> String {
             "`{column}` is in {unit} without a factor, and does not follow the model's torque: left \
              out; state its factor, or move this joint more"
         ),
+        LogNotice::FactorOfAnotherUnit { column, unit, other } => format!(
+            "`{column}` is in {unit} without a factor, and in {other} in another log, whose factor a \
+             model holds: left out; state its factor"
+        ),
         LogNotice::Thinned { rows, from, to } => format!(
             "{rows} rows every {:.3} ms are thinned to one every {:.3} ms: nothing faster is \
              compared, and what the instruments' noise loses by it is counted",
@@ -213,6 +217,7 @@ mod tests {
                 interval: Some(0.31),
             }]),
             LogNotice::FactorUnknown { column: "tm6_nm", unit: "A" },
+            LogNotice::FactorOfAnotherUnit { column: "tm6_nm", unit: "%", other: "A" },
             LogNotice::Thinned { rows: 2_000_000, from: 1e-3, to: 4e-3 },
             LogNotice::RowsLeftOut(3),
             LogNotice::RowsRepeated(1),
