@@ -13,7 +13,7 @@ use trueweld_core::control::{
     Setpoint, Superposed,
 };
 use trueweld_core::scalar::lit;
-use trueweld_core::{Fault, JOINTS, JointVector, Pose, Real, Robot, Twist, Wrench};
+use trueweld_core::{Fault, JointVector, Pose, Real, Robot, Twist, Wrench};
 
 /// Control period, s.
 const PERIOD: f64 = 0.012;

@@ -7,7 +7,7 @@ use trueweld_diagnose::{DiagnosisVerdict, FittedEffect, diagnose};
 use trueweld_laboratory::{
     CorpusCase, Hidden, OutOfLibrary, OutOfLibraryKind, Protocol, ProtocolFile, Recipe,
 };
-use trueweld_plant::effects::{Effect, EffectKind, Location};
+use trueweld_plant::effects::{Effect, EffectKind, Location, library};
 use trueweld_tests::corpus::{Judged, Outcome, examine, recorded};
 use trueweld_tests::outside;
 use trueweld_tests::{LABORATORY, fixture};
@@ -158,4 +158,19 @@ fn a_corpus_is_the_same_again_and_more_of_it_does_not_change_what_there_is() {
     assert_eq!(count(|h| matches!(h, Hidden::None)), 14);
     assert_eq!(count(|h| matches!(h, Hidden::Unknown(_))), 14);
     assert_eq!(count(|h| matches!(h, Hidden::Two(..))), 7);
+}
+
+#[test]
+fn what_is_drawn_is_in_the_range_that_is_looked_in() {
+    for protocol in [Protocol::short(), Protocol::usual()] {
+        for kind in library() {
+            for seed in 0..50 {
+                let Some(effect) = LABORATORY.draw(kind.id, 1.0, &protocol, seed) else { continue };
+                for (value, of) in effect.values.iter().zip(kind.parameters) {
+                    let is_in_range = (of.low..=of.high).contains(value);
+                    assert!(is_in_range, "{} {}: {value}, seed {seed}", kind.id, of.name);
+                }
+            }
+        }
+    }
 }

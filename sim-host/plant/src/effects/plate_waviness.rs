@@ -17,7 +17,7 @@ pub(super) static PLATE_WAVINESS_EFFECT: EffectKind = EffectKind {
     experiment: "the plate scanned, or a weld twice along the same line",
     parameters: &[
         Parameter::size("amplitude_m", "m", "amplitude A", 2e-5, [0.0, 0.002]),
-        Parameter::new("length_m", "m", "wavelength λ", Role::Wavelength, [0.01, 2.0]),
+        Parameter::new("length_m", "m", "wavelength λ", Role::Wavelength, [0.002, 2.0]),
         Parameter::new("phase_rad", "rad", "phase φ", Role::Phase, [-3.15, 3.15]),
     ],
     sentence: "the plate is wavy, with an amplitude of {|0|} every {1}",
