@@ -258,7 +258,11 @@ fn curve(curve: &EffectCurve, joints: &[String]) -> Picture {
         true => Scale::small(curve.x.unit()),
         false => Scale::large(curve.x.unit()),
     };
-    let y = Scale::small(curve.y_unit);
+    // A lag is read in the unit of the delay that it shows.
+    let y = match curve.y_unit {
+        "s" => Scale { factor: 1e3, unit: "ms" },
+        unit => Scale::small(unit),
+    };
     let shown = y_name(curve, joints);
     let marked = |p: &ConditionBin| Marked {
         x: p.x * x.factor,
