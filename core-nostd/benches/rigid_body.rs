@@ -6,7 +6,7 @@ mod support;
 use core::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Vector3;
-use support::{GRAVITY, STATES, States, WORK, algorithms, arm, converted, time};
+use support::{GRAVITY, STATES, States, WORK, algorithms, arm, converted, short_runs, time};
 use trueweld_core::compensation::{Compensated, Compensator, LoopLimits, Observation};
 use trueweld_core::control::{
     External, ExternalGains, ForceGains, HybridController, JointGains, Parallel, SensorReadings,
@@ -139,9 +139,7 @@ fn all(criterion: &mut Criterion) {
 
 criterion_group! {
     name = rigid_body;
-    config = Criterion::default()
-        .warm_up_time(core::time::Duration::from_millis(300))
-        .measurement_time(core::time::Duration::from_secs(1));
+    config = short_runs();
     targets = all
 }
 criterion_main!(rigid_body);

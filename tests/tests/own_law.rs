@@ -162,9 +162,9 @@ fn new_law_writes_the_example_under_another_name() {
     assert!(source.contains("\"my-law\""), "{source}");
     assert_eq!(source, example.replace("own-law", "my-law"));
     let crates: Value = serde_json::from_slice(&cargo("metadata", &written).stdout).expect("JSON");
-    let names: Vec<_> = crates["packages"].as_array().expect("crates").iter().collect();
+    let crates = crates["packages"].as_array().expect("crates");
     for name in ["trueweld-my-law", "trueweld", "trueweld-cli"] {
-        assert!(names.iter().any(|of| of["name"] == name), "{name} is no crate of it");
+        assert!(crates.iter().any(|of| of["name"] == name), "{name} is no crate of it");
     }
     for (name, expected) in [
         ("my-law", "cannot make the folder"),

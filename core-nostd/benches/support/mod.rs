@@ -145,6 +145,13 @@ impl States {
     }
 }
 
+/// Calls of a microsecond need no longer runs.
+pub(crate) fn short_runs() -> Criterion {
+    Criterion::default()
+        .warm_up_time(core::time::Duration::from_millis(300))
+        .measurement_time(core::time::Duration::from_secs(1))
+}
+
 /// Times `call` on state 0, 1, 2, … in turn.
 pub(crate) fn time<R>(criterion: &mut Criterion, name: &str, mut call: impl FnMut(usize) -> R) {
     criterion.bench_function(name, |bencher| {

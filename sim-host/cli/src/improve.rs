@@ -34,7 +34,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     check_targets(&outputs)?;
     if arguments.measurements.is_of_several_units()? {
         let Arguments { measurements, out, held_out, results, .. } = arguments;
-        return improve_fleet::run((measurements, held_out), out, deadline, results);
+        return improve_fleet::run(measurements, held_out, out, deadline, results);
     }
     outputs.push(("--out", &arguments.out));
     check_targets(&outputs)?;

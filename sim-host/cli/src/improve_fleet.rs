@@ -11,7 +11,8 @@ use trueweld_output::{ImproveFleetReport, ImproveReport, model_comments};
 
 /// Improves the model of each unit, and writes them into the folder `out`.
 pub(crate) fn run(
-    (measurements, held_out): (&LogArguments, &[PathBuf]),
+    measurements: &LogArguments,
+    held_out: &[PathBuf],
     out: &Path,
     deadline: Option<Instant>,
     results: &RecordedResults,

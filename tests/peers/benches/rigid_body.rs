@@ -8,7 +8,7 @@ mod support;
 
 use core::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
-use support::{GRAVITY, STATES, States, algorithms, arm, time};
+use support::{GRAVITY, STATES, States, algorithms, arm, short_runs, time};
 use trueweld_core::{JOINTS, JointVector, Wrench};
 
 /// Relative agreement asked of the engines before they are timed.
@@ -108,9 +108,7 @@ fn all(criterion: &mut Criterion) {
 
 criterion_group! {
     name = rigid_body;
-    config = Criterion::default()
-        .warm_up_time(core::time::Duration::from_millis(300))
-        .measurement_time(core::time::Duration::from_secs(1));
+    config = short_runs();
     targets = all
 }
 criterion_main!(rigid_body);
