@@ -1,7 +1,7 @@
 //! Which calibrations count: those that bring more than their values cost.
 
 use super::found::{FittedEffect, effects_of, found};
-use super::rules;
+use super::rules::CalibrationPrice;
 use nalgebra::DVector;
 use rayon::prelude::*;
 use trueweld_estimate::fit::calibration::is_calibration;
@@ -91,10 +91,7 @@ struct CalibrationGroup {
 /// The choice of calibrations on the linear model of a fit.
 struct Choice<'f> {
     linear: &'f Linear,
-    /// The fit with all of them.
-    fitted: &'f Fitted,
-    /// How many groups there are to choose from.
-    choices: usize,
+    price: CalibrationPrice,
     kept: Vec<usize>,
     names: Vec<CalibrationGroup>,
     cost: f64,
@@ -102,11 +99,6 @@ struct Choice<'f> {
 }
 
 impl Choice<'_> {
-    /// What a group's values cost.
-    fn price(&self, group: &CalibrationGroup) -> f64 {
-        rules::calibration_price(self.fitted, self.choices, group.values.len())
-    }
-
     /// Adds groups by steps, each the one that brings the most, as long as that is more than it
     /// costs.
     fn add(&mut self, groups: &mut Vec<CalibrationGroup>) {
@@ -114,7 +106,7 @@ impl Choice<'_> {
             let tried = groups.par_iter().enumerate().filter_map(|(g, group)| {
                 let with: Vec<usize> = self.kept.iter().chain(&group.values).copied().collect();
                 let (cost, step) = self.linear.with_only(&with)?;
-                Some((self.cost - cost - self.price(group), cost, step, g))
+                Some((self.cost - cost - self.price.of(group.values.len()), cost, step, g))
             });
             let best = tried.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|best| best.0 > 0.0);
             let Some((_, cost, step, g)) = best else { break };
@@ -135,7 +127,7 @@ impl Choice<'_> {
                 let mut without = self.kept.clone();
                 without.retain(|k| !group.values.contains(k));
                 let (cost, step) = self.linear.with_only(&without)?;
-                Some((cost - self.cost - self.price(group), cost, step, g))
+                Some((cost - self.cost - self.price.of(group.values.len()), cost, step, g))
             });
             let least = spare.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|least| least.0 < 0.0);
             let Some((_, cost, step, g)) = least else { break };
@@ -204,8 +196,8 @@ pub(crate) fn select_calibrations(
     };
     let (mut mounting, mut other): (Vec<CalibrationGroup>, Vec<CalibrationGroup>) =
         groups.into_iter().partition(|g| g.of_postures);
-    let mut choice =
-        Choice { linear: &linear, fitted, choices, kept, names: Vec::new(), cost, step };
+    let price = CalibrationPrice::new(fitted, choices);
+    let mut choice = Choice { linear: &linear, price, kept, names: Vec::new(), cost, step };
     choice.add(&mut other);
     choice.add(&mut mounting);
     choice.drop_spare();
@@ -305,7 +297,7 @@ pub(crate) fn select_calibrations(
         .collect();
     if split && let Some(apart) = refit(&apart, &known) {
         let more = apart.point.free.len().saturating_sub(common.point.free.len());
-        if common.cost - apart.cost > rules::calibration_price(fitted, 1, more) {
+        if common.cost - apart.cost > CalibrationPrice::new(fitted, 1).of(more) {
             return drop_insignificant(problem, blocks, (apart, names));
         }
     }
@@ -346,7 +338,7 @@ pub(super) fn drop_insignificant(
     let known: Vec<Slopes> =
         slopes.map_while(|free| slopes_of(&point, free, (&fitted.point, &fitted.slopes))).collect();
     let values = fitted.point.free.len() - point.free.len();
-    let price = rules::calibration_price(&fitted, names.len() + 1, values);
+    let price = CalibrationPrice::new(&fitted, names.len() + 1).of(values);
     match fit::fit(problem, &point, blocks, &known, SolverOptions::full(0)) {
         Ok(fewer) if fewer.cost - fitted.cost < price => {
             drop_insignificant(problem, blocks, (fewer, names))

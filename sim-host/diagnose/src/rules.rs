@@ -94,15 +94,30 @@ impl SquareSum {
     }
 }
 
-/// Fall of the sum of squares that so many values of a calibration must bring to be kept: a hundred to one,
-/// the logarithm of how many calibrations there are to choose from, and for each value half of that of
-/// how many residuals count as independent ones (Schwarz 1978), twice, as sums of squares are twice a
-/// logarithm. By a fit with all of them.
-pub(crate) fn calibration_price(fitted: &Fitted, choices: usize, values: usize) -> f64 {
-    let inflation = variance_inflation(fitted);
-    let independent = fit::count(&fitted.residuals) as f64 / AUTOCORRELATION_INFLATION;
-    let of_value = independent.max(1.0).ln();
-    inflation * (DECISIVE_FALL + 2.0 * (choices.max(1) as f64).ln() + values as f64 * of_value)
+/// Fall of the sum of squares that values of a calibration must bring to be kept: a hundred to one, the
+/// logarithm of how many calibrations there are to choose from, and for each value half of that of how
+/// many residuals count as independent ones (Schwarz 1978), twice, as sums of squares are twice a logarithm.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CalibrationPrice {
+    of_choice: f64,
+    of_value: f64,
+}
+
+impl CalibrationPrice {
+    /// By a fit with all of so many calibrations to choose from.
+    pub(crate) fn new(fitted: &Fitted, choices: usize) -> Self {
+        let inflation = variance_inflation(fitted);
+        let independent = fit::count(&fitted.residuals) as f64 / AUTOCORRELATION_INFLATION;
+        Self {
+            of_choice: inflation * (DECISIVE_FALL + 2.0 * (choices.max(1) as f64).ln()),
+            of_value: inflation * independent.max(1.0).ln(),
+        }
+    }
+
+    /// Of so many values of one calibration.
+    pub(crate) fn of(self, values: usize) -> f64 {
+        self.of_choice + values as f64 * self.of_value
+    }
 }
 
 /// Sums of squares by log and whatever else `key` tells values apart by.
@@ -124,7 +139,7 @@ fn sums<K: Ord>(
 /// What each value of a log counts for as evidence: of n values that are off alike by a share ρ of
 /// their variance, each counts for 1/(1 + (n − 1) ρ) (Kish's design effect). What is off by less than
 /// anybody asks about is off alike within a block of time.
-pub(super) fn evidence_weights(compared: &[Compared]) -> Vec<f64> {
+pub fn evidence_weights(compared: &[Compared]) -> Vec<f64> {
     let mut columns: BTreeMap<(ComparedQuantity, u8), (f64, f64, f64)> = BTreeMap::new();
     for c in compared {
         let column = columns.entry((c.quantity, c.component)).or_default();

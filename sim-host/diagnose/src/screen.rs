@@ -113,13 +113,17 @@ pub(crate) struct Screening<'a> {
     ctx: SearchContext<'a>,
     null: ReducedFit<'a>,
     given: Option<ReducedFit<'a>>,
+    /// What each value counts for as evidence, log by log.
+    weights: Vec<Vec<f64>>,
 }
 
 impl<'a> Screening<'a> {
     /// `None` where the calibrations are not determined.
     pub(crate) fn of(ctx: &SearchContext<'a>) -> Option<Self> {
         let null = ReducedFit::of(ctx.null)?;
-        Some(Self { ctx: *ctx, null, given: ReducedFit::of(ctx.given) })
+        let logs = ctx.problem.logs.iter();
+        let weights = logs.map(|log| rules::evidence_weights(&log.compared)).collect();
+        Some(Self { ctx: *ctx, null, given: ReducedFit::of(ctx.given), weights })
     }
 
     /// Screens one effect at one place with all its shapes; the best of them. `None` where the logs
@@ -191,7 +195,7 @@ impl<'a> Screening<'a> {
         let sizes: Vec<usize> =
             (0..kind.parameters.len()).filter(|k| kind.parameters[*k].is_size()).collect();
         let (gain, step, deviations) = gain_beside(&self.null, more)?;
-        let far = rules::GAIN.sqrt() * deviations[0];
+        let far = (rules::GAIN / self.evidence_share(&more[0])).sqrt() * deviations[0];
         let effect = (effect.clone(), phase);
         let here = (sized(&effect, step.as_slice()), gain);
         let beside_none = self.given.as_ref().and_then(|given| gain_beside(given, more));
@@ -215,6 +219,19 @@ impl<'a> Screening<'a> {
         };
         let limit = EffectLimit { kind, at, parameter, value };
         Some(ScreenedEffect { starts, limit, slopes: more.clone(), shapes: Vec::new() })
+    }
+
+    /// Share of the squares of these slopes that counts as evidence.
+    fn evidence_share(&self, slopes: &Slopes) -> f64 {
+        let (mut counts, mut all) = (0.0, f64::MIN_POSITIVE);
+        for (slope, weights) in slopes.iter().zip(&self.weights) {
+            for (value, weight) in slope.iter().flatten().zip(weights) {
+                let square = value * value;
+                counts += weight * square;
+                all += square;
+            }
+        }
+        counts / all
     }
 
     /// Orders of a sine of the joint's angle worth a closer look: the highest lines of the residual

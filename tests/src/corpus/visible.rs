@@ -2,34 +2,27 @@
 //!
 //! The same campaign, noise and all, is made with it and without: the difference of what the
 //! baseline leaves is what there is to see of it. Calibrations take their share of that; the rest,
-//! over the noise and squared, is by how much the sum of squares would fall for whoever finds it.
+//! over the noise and squared, is evidence for whoever finds it, as far as its values count as such.
 
 use super::{CorpusError, Ready, plausible, ready};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use trueweld_diagnose::rules;
 use trueweld_estimate::fit::calibration::{calibrations, is_calibration};
 use trueweld_estimate::fit::{self, FitState, Linear, Residuals, Slopes};
-use trueweld_estimate::predict::{Compared, Prediction};
+use trueweld_estimate::predict::{Compared, Prediction, PreparedLog};
 use trueweld_laboratory::{OutOfLibrary, Recipe};
 use trueweld_plant::effects::{Effect, Location};
-
-/// Share of a channel's sum of squares from which on noise that is not stated is trusted to be known.
-const VISIBLE: f64 = 0.08;
 
 /// How well something shows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Visibility {
     /// Factor on its usual size.
     pub size: f64,
-    /// Root of the sum of squares it adds, over that at which a diagnosis begins to believe in an
-    /// effect ([`rules::GAIN`]): 1 is the limit of detection.
+    /// Root of the evidence it adds, over that at which a diagnosis begins to believe in an effect
+    /// ([`rules::GAIN`]): 1 is the limit of detection.
     pub ratio: f64,
-    /// The most that the sum of squares of any channel of any log grows by, over the share from
-    /// which on its noise is trusted to be known that well where it is not stated
-    /// (8 %): below 1 a diagnosis must not believe in it either then.
-    pub excess: f64,
 }
 
 /// A campaign without what is hidden, and what calibrations can do to it.
@@ -41,6 +34,8 @@ pub struct Context {
     at: Residuals,
     point: FitState,
     slopes: Vec<Slopes>,
+    /// Root of what each value counts for as evidence, log by log.
+    weights: Vec<Vec<f64>>,
 }
 
 /// Share of a fit's unit over which slopes are taken.
@@ -51,18 +46,26 @@ const NEAR: f64 = 1.2;
 const TRIES: usize = 4;
 
 impl Context {
-    /// Makes the campaign of a recipe. Its noise is stated in any case: how well something shows is
-    /// not a matter of what is said of it.
+    /// Makes the campaign of a recipe. Where it does not state its noise, the usual trueness of its
+    /// instruments is what something must show beside.
     ///
     /// # Errors
     /// [`CorpusError`].
     pub fn new(recipe: &Recipe) -> Result<Self, CorpusError> {
-        let recipe = Recipe { noise_stated: true, ..recipe.clone() };
+        let recipe = recipe.clone();
         let without = ready(&recipe)?;
         let point = calibrations(&without.problem);
         let at = fit::residuals(&without.problem, &FitState::empty(without.problem.logs.len()))?;
-        let slopes = fit::slopes(&without.problem, &point, &point.free, &at, STEP);
-        Ok(Self { blocks: fit::blocks_of(&without.problem), recipe, without, at, point, slopes })
+        let mut slopes = fit::slopes(&without.problem, &point, &point.free, &at, STEP);
+        let root = |log: &PreparedLog| {
+            rules::evidence_weights(&log.compared).iter().map(|weight| weight.sqrt()).collect()
+        };
+        let weights: Vec<Vec<f64>> = without.problem.logs.iter().map(root).collect();
+        for (slope, weights) in slopes.iter_mut().flat_map(|of| of.iter_mut().zip(&weights)) {
+            slope.iter_mut().for_each(|values| weigh(values, weights));
+        }
+        let blocks = fit::blocks_of(&without.problem);
+        Ok(Self { blocks, recipe, without, at, point, slopes, weights })
     }
 
     /// How well what a recipe has more than this campaign shows. `own`: a calibration that is
@@ -83,9 +86,10 @@ impl Context {
             let theirs = with.problem.logs[log].compared.iter().zip(&there[log].residual);
             let theirs: HashMap<_, f64> = theirs.map(|(c, r)| (key(c), r * c.deviation)).collect();
             let ours = own.compared.iter().zip(&self.at[log].residual);
-            let residual = ours
+            let mut residual: Vec<f64> = ours
                 .map(|(c, r)| theirs.get(&key(c)).map_or(0.0, |t| t / c.deviation - r))
                 .collect();
+            weigh(&mut residual, &self.weights[log]);
             difference.push(Prediction { residual, motion: None, late: None, free_play_term: 0.0 });
         }
         let free: Vec<usize> = (0..self.point.free.len())
@@ -103,29 +107,7 @@ impl Context {
         let away = DVector::zeros(free.len());
         let linear = Linear::new(&self.blocks, &difference, &slopes, prior, away.clone());
         let step = linear.solve(None, 0.0, None).map_or(away, |s| s.step);
-        for (k, slopes) in slopes.iter().enumerate() {
-            for (log, slope) in slopes.iter().enumerate() {
-                let Some(slope) = slope else { continue };
-                difference[log].residual.iter_mut().zip(slope).for_each(|(d, s)| *d += s * step[k]);
-            }
-        }
-        Ok(Visibility {
-            size: 1.0,
-            ratio: (linear.cost(&step) / rules::GAIN).sqrt(),
-            excess: self.most(&difference) / VISIBLE,
-        })
-    }
-
-    /// The largest mean square of any channel of any log.
-    fn most(&self, difference: &Residuals) -> f64 {
-        let mut parts: BTreeMap<(usize, &str), (f64, f64)> = BTreeMap::new();
-        for (log, own) in self.without.problem.logs.iter().enumerate() {
-            for (c, d) in own.compared.iter().zip(&difference[log].residual) {
-                let part = parts.entry((log, c.quantity.channel())).or_default();
-                *part = (part.0 + d * d, part.1 + 1.0);
-            }
-        }
-        parts.values().map(|(square, count)| square / count).fold(0.0, f64::max)
+        Ok(Visibility { size: 1.0, ratio: (linear.cost(&step) / rules::GAIN).sqrt() })
     }
 
     /// The effect at the size at which it shows as well as `target` says, as far as its values stay
@@ -159,7 +141,7 @@ impl Context {
     /// `seen` gives nothing for a size that is too large to be plausible or for the campaign to
     /// come to an end.
     fn size(&self, target: f64, seen: impl Fn(f64) -> Option<Visibility>) -> Visibility {
-        let mut best = Visibility { size: 0.0, ratio: 0.0, excess: 0.0 };
+        let mut best = Visibility { size: 0.0, ratio: 0.0 };
         let away = |s: &Visibility| (s.ratio.max(1e-9) / target).ln().abs();
         let (mut size, mut too_large) = (1.0, f64::INFINITY);
         for _ in 0..TRIES {
@@ -183,4 +165,9 @@ impl Context {
         }
         best
     }
+}
+
+/// Values as much as each counts for.
+fn weigh(values: &mut [f64], weights: &[f64]) {
+    values.iter_mut().zip(weights).for_each(|(value, weight)| *value *= weight);
 }
