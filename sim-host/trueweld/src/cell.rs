@@ -213,11 +213,6 @@ impl CellFiles {
         self.read_weld(Some(file.as_ref()))
     }
 
-    /// Whether a control file is given, or the one that is part of the program stands in.
-    pub fn states_control(&self) -> bool {
-        self.control.is_some()
-    }
-
     /// Everything that a weld in this cell needs. `weld_file`: `None` for the embedded one.
     ///
     /// # Errors

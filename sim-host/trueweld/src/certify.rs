@@ -43,7 +43,6 @@ pub fn certify(cells: &[WeldingCell], law: Entry) -> CertifyOptions<'_> {
         shard: None,
         merge: Vec::new(),
         repeat: Repeat::Sample,
-        threads: None,
     }
 }
 
@@ -87,7 +86,6 @@ pub struct CertifyOptions<'a> {
     shard: Option<Shard>,
     merge: Vec<PathBuf>,
     repeat: Repeat,
-    threads: Option<usize>,
 }
 
 impl<'a> CertifyOptions<'a> {
@@ -151,11 +149,6 @@ impl<'a> CertifyOptions<'a> {
     /// twenty).
     pub fn repeat(self, repeat: Repeat) -> Self {
         Self { repeat, ..self }
-    }
-
-    /// On so many threads (default: all cores). The certificate does not depend on it.
-    pub fn threads(self, threads: usize) -> Self {
-        Self { threads: Some(threads), ..self }
     }
 
     /// Certifies the law.
@@ -274,7 +267,6 @@ impl PreparedCertification<'_> {
             repeat: options.repeat,
             shard: options.shard,
             merge: &options.merge,
-            threads: options.threads,
         };
         let open = plan.open().map_err(|error| self.failed(error))?;
         Ok(StartedCertification { prepared: self, open })

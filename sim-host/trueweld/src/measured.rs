@@ -159,14 +159,6 @@ impl MeasuredLogs {
         GivenLogs::read(None, &[campaign.into()])?.prepare()
     }
 
-    /// The same of folders of logs, against a model file.
-    ///
-    /// # Errors
-    /// Those of [`GivenLogs::read`] and [`GivenLogs::prepare`].
-    pub fn read_against(model: impl AsRef<Path>, folders: &[PathBuf]) -> Result<Self> {
-        GivenLogs::read(Some(model.as_ref()), folders)?.prepare()
-    }
-
     /// What a result of these logs is of.
     ///
     /// # Errors

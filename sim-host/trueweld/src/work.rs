@@ -1,7 +1,7 @@
 //! Long work on measured logs: until when, and who is told how far it is.
 
 use crate::measured::MeasuredLogs;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Work on measured logs: `task` says what is done with them.
 #[must_use]
@@ -30,11 +30,6 @@ impl<'a, Task> MeasuredWork<'a, Task> {
     /// undone.
     pub fn deadline(self, deadline: Option<Instant>) -> Self {
         Self { deadline, ..self }
-    }
-
-    /// The same after so much time from now on; no deadline where that is beyond what a clock counts.
-    pub fn budget(self, budget: Duration) -> Self {
-        self.deadline(Instant::now().checked_add(budget))
     }
 
     /// Tells how long it will take, and how far it is.

@@ -26,12 +26,6 @@ pub struct ChannelError {
 }
 
 impl ChannelError {
-    /// What is above noise and accuracy, as a share of the squared error; 0 where nothing is.
-    pub fn excess_share(&self) -> f64 {
-        let floor = self.noise.powi(2) + self.accuracy.powi(2);
-        (1.0 - floor / self.rmse.powi(2)).max(0.0)
-    }
-
     /// Share of the squared error `before` that is gone; negative where it has risen.
     pub fn explained(&self, before: &Self) -> f64 {
         1.0 - (self.rmse / before.rmse).powi(2)

@@ -58,8 +58,6 @@ pub struct CertificationPlan<'a> {
     pub shard: Option<Shard>,
     /// Folders of shards whose runs are taken over.
     pub merge: &'a [PathBuf],
-    /// Threads; all cores where none are given. What comes out does not depend on it.
-    pub threads: Option<usize>,
 }
 
 /// One weld of a certification.
@@ -295,11 +293,6 @@ impl<'a> CertificationPlan<'a> {
 }
 
 impl OpenCertification<'_> {
-    /// How many runs are kept.
-    pub fn kept(&self) -> usize {
-        self.kept
-    }
-
     /// The files with runs that it writes, or would where there are such runs.
     pub fn files(&self) -> Vec<PathBuf> {
         let mut files = self.plan.section_files();
@@ -320,16 +313,6 @@ impl OpenCertification<'_> {
         self,
         progress: &(dyn Fn(&str, f64) + Sync),
     ) -> Result<CertificationOutcome, CertifyError> {
-        match self.plan.threads {
-            None => self.run_here(progress),
-            Some(threads) => {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-                pool.map_err(|_| EvidenceError::Thread)?.install(|| self.run_here(progress))
-            }
-        }
-    }
-
-    fn run_here(self, progress: &OnProgress<'_>) -> Result<CertificationOutcome, CertifyError> {
         let Self { plan, welds, provenance, kept } = self;
         match plan.shard {
             Some(shard) => {
