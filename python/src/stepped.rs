@@ -158,7 +158,7 @@ impl SteppedWeld {
         let inner = setting.build_law(seed).map_err(failed)?;
         let law = SteppedLaw { inner, added: Twist::zero() };
         let mut run = Simulation::with_law(&scenario, law).map_err(failed)?;
-        let period = run.observe(&scenario);
+        let period = run.cell.observe(&scenario);
         Ok(Self { seed, run, period, record: None, broken: None })
     }
 
@@ -246,23 +246,23 @@ impl SteppedWeld {
     /// Makes what follows from the numbers of a state.
     fn evaluate(&mut self, setting: &Setting) {
         let CellView { time, readings, .. } = &self.period;
-        self.period = self.run.observed(&setting.scenario(self.seed), *time, readings.clone());
+        self.period = self.run.cell.observed(&setting.scenario(self.seed), *time, readings.clone());
     }
 
     /// One period with a correction; false where the weld is over or broken.
     pub(crate) fn step(&mut self, setting: &Setting, correction: [f64; 6]) -> bool {
-        if self.run.is_done() || self.broken.is_some() {
+        if self.run.cell.is_done() || self.broken.is_some() {
             return false;
         }
         let scenario = setting.scenario(self.seed);
         self.run.law().added = twist(correction);
         self.record = Some(record_of(&self.run.control(&scenario, &self.period)));
-        if let Err(diverged) = self.run.advance(&scenario) {
+        if let Err(diverged) = self.run.cell.advance(&scenario) {
             self.broken = Some(diverged.to_string());
             return true;
         }
-        if !self.run.is_done() {
-            self.period = self.run.observe(&scenario);
+        if !self.run.cell.is_done() {
+            self.period = self.run.cell.observe(&scenario);
         }
         true
     }
@@ -284,16 +284,16 @@ impl SteppedWeld {
 
     /// Periods that are over, and those of the whole weld.
     pub(crate) fn periods(&self) -> (usize, usize) {
-        (self.run.periods_done(), self.run.periods())
+        (self.run.cell.periods_done(), self.run.cell.periods())
     }
 
     /// True after the last period.
     pub(crate) fn is_done(&self) -> bool {
-        self.run.is_done()
+        self.run.cell.is_done()
     }
 
     pub(crate) fn drives(&self) -> [f64; STATE_COLUMNS] {
-        let drives = self.run.motion().state.drives();
+        let drives = self.run.cell.motion().state.drives();
         let parts = [drives.link, drives.motor, drives.link_rate, drives.motor_rate];
         let mut state = [0.0; STATE_COLUMNS];
         for (columns, part) in state.chunks_exact_mut(6).zip(parts) {

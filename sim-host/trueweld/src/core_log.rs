@@ -194,10 +194,10 @@ pub fn record_core(cell: &WeldingCell, controller: ControllerKind, law: &Entry) 
         Scenario { plant_step: PLANT_STEP, ..cell.scenario(WeldProgram::Weld, controller, law) };
     let failed = |error: &RunError| cell.failed(controller, error);
     let mut simulation = Simulation::new(&scenario).map_err(|error| failed(&error))?;
-    let start = simulation.start().map(Into::into);
+    let start = simulation.cell.start().map(Into::into);
     let mut run = CoreRun { start, ..CoreRun::default() };
-    while !simulation.is_done() {
-        let seen = simulation.observe(&scenario);
+    while !simulation.cell.is_done() {
+        let seen = simulation.cell.observe(&scenario);
         run.periods.push(CorePeriod::of(&Observation {
             setpoint: &seen.reference.setpoint,
             nominal: &seen.reference.nominal,
@@ -213,7 +213,7 @@ pub fn record_core(cell: &WeldingCell, controller: ControllerKind, law: &Entry) 
             torque: row.torque.into(),
             correction: row.correction_w.to_vector().into(),
         });
-        simulation.advance(&scenario).map_err(|source| failed(&RunError::from(source)))?;
+        simulation.cell.advance(&scenario).map_err(|source| failed(&RunError::from(source)))?;
     }
     Ok(run)
 }

@@ -83,14 +83,15 @@ pub fn run_with(
 ) -> Result<Recording, RunError> {
     let clock = Instant::now();
     let mut simulation = Simulation::with_law(scenario, law)?;
-    let ticks = simulation.periods();
+    let ticks = simulation.cell.periods();
     let mut recording = Recording::begun(scenario, scenario.law.name());
     recording.rows.reserve_exact(ticks);
-    while !simulation.is_done() {
-        let seen = simulation.observe(scenario);
+    while !simulation.cell.is_done() {
+        let seen = simulation.cell.observe(scenario);
         let row = simulation.control(scenario, &seen);
         recording.rows.push(row);
         simulation
+            .cell
             .advance(scenario)
             .map_err(|source| RunError::RanAway { source, limits: limit_spans(&recording) })?;
         if progress(&row).is_break() {

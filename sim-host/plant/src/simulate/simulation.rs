@@ -311,7 +311,8 @@ fn tool_axis(pose: &Pose<f64>) -> Vector3<f64> {
 /// A cell in a weld under its controller and a law, one control period at a time.
 #[derive(Clone)]
 pub struct Simulation<L> {
-    cell: OpenCell,
+    /// The cell: observed before [`control`](Simulation::control), advanced after it.
+    pub cell: OpenCell,
     controller: ControlSide<Box<dyn PlantController>, L>,
     monitor: Option<HealthMonitor>,
 }
@@ -341,67 +342,21 @@ impl<L: Compensator<f64>> Simulation<L> {
         Ok(Self { cell, controller, monitor })
     }
 
-    /// Control periods of the whole program.
-    pub fn periods(&self) -> usize {
-        self.cell.periods()
-    }
-
-    /// Control periods that are over.
-    pub fn periods_done(&self) -> usize {
-        self.cell.periods_done()
-    }
-
-    /// Encoder angles, rad, and motor torque, N·m, that the controller started with.
-    pub fn start(&self) -> [JointVector<f64>; 2] {
-        self.cell.start()
-    }
-
-    /// The cell's motion where it was last [observed](Self::observe).
-    pub fn motion(&self) -> &CellMotion {
-        self.cell.motion()
-    }
-
     /// The law.
     pub fn law(&mut self) -> &mut L {
         self.controller.law()
     }
 
-    /// True once the program is over.
-    pub fn is_done(&self) -> bool {
-        self.cell.is_done()
-    }
-
-    /// Time at the start of this period, s.
-    pub fn time(&self, scenario: &Scenario<'_>) -> f64 {
-        self.cell.time(scenario)
-    }
-
-    /// One control period: [`observe`](Self::observe), [`control`](Self::control) and
-    /// [`advance`](Self::advance).
+    /// One control period: [`OpenCell::observe`], [`control`](Self::control) and
+    /// [`OpenCell::advance`].
     ///
     /// # Errors
     /// [`Diverged`].
     pub fn step(&mut self, scenario: &Scenario<'_>) -> Result<RecordRow, Diverged> {
-        let seen = self.observe(scenario);
+        let seen = self.cell.observe(scenario);
         let row = self.control(scenario, &seen);
-        self.advance(scenario)?;
+        self.cell.advance(scenario)?;
         Ok(row)
-    }
-
-    /// Reads the instruments, once a period.
-    pub fn observe(&mut self, scenario: &Scenario<'_>) -> CellView {
-        self.cell.observe(scenario)
-    }
-
-    /// What [`observe`](Self::observe) gave at `time`, s, with these readings: for a run that was
-    /// restored after they were read.
-    pub fn observed(
-        &mut self,
-        scenario: &Scenario<'_>,
-        time: f64,
-        readings: InstrumentReadings,
-    ) -> CellView {
-        self.cell.observed(scenario, time, readings)
     }
 
     /// Has controller and law command a torque by what was observed; returns the record of the period.
@@ -416,14 +371,6 @@ impl<L: Compensator<f64>> Simulation<L> {
             |monitor: &mut HealthMonitor| monitor.watch(&reference.setpoint, &controlled.sensed);
         row.health = self.monitor.as_mut().map(watch).unwrap_or_default();
         row
-    }
-
-    /// The period itself, with the torque held.
-    ///
-    /// # Errors
-    /// [`Diverged`].
-    pub fn advance(&mut self, scenario: &Scenario<'_>) -> Result<(), Diverged> {
-        self.cell.advance(scenario)
     }
 
     /// Its state between two periods, as numbers that [`restore`](Self::restore) takes in any process

@@ -70,24 +70,24 @@ fn a_run_goes_on_between_reading_and_control() {
     let scenario = fixtures.scenario(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &law);
     let mut whole = Simulation::new(&scenario).expect("a start");
     let mut restored = Simulation::new(&scenario).expect("a start");
-    let mut readings = restored.observe(&scenario).readings;
+    let mut readings = restored.cell.observe(&scenario).readings;
     for _ in 0..60 {
         whole.step(&scenario).expect("a period");
     }
-    let mut seen = whole.observe(&scenario);
+    let mut seen = whole.cell.observe(&scenario);
     restored.restore(&whole.state().expect("a state")).expect("its own state");
     let of_readings = state_of(&mut seen.readings).expect("a state");
     restore_state(&mut readings, &of_readings).expect("the readings' own state");
-    let mut again = restored.observed(&scenario, seen.time, readings);
+    let mut again = restored.cell.observed(&scenario, seen.time, readings);
     assert_eq!(format!("{again:?}"), format!("{seen:?}"));
     for _ in 0..5 {
         let rows = [(&mut whole, &seen), (&mut restored, &again)]
             .map(|(run, seen)| format!("{:?}", run.control(&scenario, seen)));
         assert_eq!(rows[0], rows[1]);
         for run in [&mut whole, &mut restored] {
-            run.advance(&scenario).expect("a period");
+            run.cell.advance(&scenario).expect("a period");
         }
-        [seen, again] = [&mut whole, &mut restored].map(|run| run.observe(&scenario));
+        [seen, again] = [&mut whole, &mut restored].map(|run| run.cell.observe(&scenario));
         assert_eq!(format!("{again:?}"), format!("{seen:?}"));
     }
 }
