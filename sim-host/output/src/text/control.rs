@@ -6,7 +6,8 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 use trueweld_core::JointVector;
 use trueweld_core::control::JointGains;
-use trueweld_plant::input::{Control, ParallelGains};
+use trueweld_plant::controllers::{DEPTH_KEYS, FORCE_KEYS, GainKey, JOINT_KEYS};
+use trueweld_plant::input::{CascadeGains, Control, ParallelGains};
 
 /// The text of the file.
 pub fn control_toml(report: &TuneReport<'_>) -> String {
@@ -52,26 +53,10 @@ fn gains(out: &mut String, control: &Control) {
     for (name, ParallelGains { joint, force }) in
         [("parallel", &control.parallel), ("superposed", &control.superposed)]
     {
-        put(format!("\n[{name}]\n{}", position(joint)));
-        put(keys(&[
-            ("force_kp", force.kp),
-            ("force_ki_1_s", force.ki),
-            ("force_kd_ns_m", force.kd),
-            ("max_force_correction_n", force.max_correction),
-            ("max_push_rate_n_s", force.max_rate),
-        ]));
+        put(format!("\n[{name}]\n{}", scheme(joint, &FORCE_KEYS, *force)));
     }
-    let force = &control.external.force;
-    put(format!("\n[external]\n{}", position(&control.external.joint)));
-    put(keys(&[
-        ("force_kp_m_n", force.kp),
-        ("force_ki_m_ns", force.ki),
-        ("force_kd_s", force.kd),
-        ("material_stiffness_n_m", force.material_stiffness),
-        ("tuned_stiffness_n_m", force.tuned_stiffness),
-        ("max_depth_correction_m", force.max_correction),
-        ("max_depth_rate_m_s", force.max_rate),
-    ]));
+    let CascadeGains { joint, force } = &control.external;
+    put(format!("\n[external]\n{}", scheme(joint, &DEPTH_KEYS, *force)));
     let limits = &control.compensation;
     put("\n[compensation]\n".to_owned());
     put(keys(&[
@@ -98,14 +83,12 @@ fn toml_key(name: &str) -> String {
     if name.contains('+') { format!("{name:?}") } else { name.to_owned() }
 }
 
-fn position(joint: &JointGains<f64>) -> String {
+/// Gains of a position loop, and of a force branch with these keys.
+fn scheme<G>(joint: &JointGains<f64>, own: &[GainKey<G>], mut force: G) -> String {
     let JointGains { kp, ki, kd } = joint;
-    format!(
-        "position_kp_nm_rad = {}\nposition_ki_nm_rad_s = {}\nposition_kd_nms_rad = {}\n",
-        six(kp),
-        six(ki),
-        six(kd)
-    )
+    let joint = JOINT_KEYS.into_iter().zip([kp, ki, kd].map(six));
+    let force = own.iter().map(|(key, gain)| (*key, number(*gain(&mut force))));
+    joint.chain(force).map(|(key, value)| format!("{key} = {value}\n")).collect()
 }
 
 fn keys(all: &[(&str, f64)]) -> String {

@@ -11,6 +11,7 @@ mod parallel;
 mod superposed;
 
 pub(crate) use gains::blank;
+pub use gains::{DEPTH_KEYS, FORCE_KEYS, GainKey, JOINT_KEYS};
 pub use model::{ControllerEntry, ControllerKind, CoreGains, PlantController};
 
 use crate::input::{Control, nearest};
