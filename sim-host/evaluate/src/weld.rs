@@ -351,6 +351,27 @@ impl AskedWeld {
     }
 }
 
+/// A figure of one of [`WELD_PHASES`]: key, what is said before and behind the phase, unit, value.
+macro_rules! of_phase {
+    (start: $($figure:tt)+) => {
+        of_phase!(0, "start.", " at the start, ", $($figure)+)
+    };
+    (rise: $($figure:tt)+) => {
+        of_phase!(1, "rise.", " while push and feed rise, ", $($figure)+)
+    };
+    (end: $($figure:tt)+) => {
+        of_phase!(2, "end.", " at the end, ", $($figure)+)
+    };
+    (
+        $number:literal, $phase:literal, $when:literal,
+        $key:literal, $what:literal, $which:literal, $unit:literal, $($value:ident).+
+    ) => {
+        FigureOf::new(concat!($phase, $key), concat!($what, $when, $which), $unit, |f| {
+            f.phases[$number].$($value).+
+        })
+    };
+}
+
 /// Figures of a weld that requirements may limit: of the steady part and of the whole run, then with
 /// the name of the phase before a dot those of [`WELD_PHASES`].
 pub static WELD_FIGURES: [FigureOf<WeldFigures>; 37] = [
@@ -397,59 +418,23 @@ pub static WELD_FIGURES: [FigureOf<WeldFigures>; 37] = [
     }),
     FigureOf::new("correction_m", "correction, translation", "m", |f| f.correction[0]),
     FigureOf::new("correction_rad", "correction, rotation", "rad", |f| f.correction[1]),
-    FigureOf::new("start.lateral_rms_m", "lateral at the start, RMS", "m", |f| {
-        f.phases[0].lateral.rms
-    }),
-    FigureOf::new("start.lateral_max_m", "lateral at the start, largest", "m", |f| {
-        f.phases[0].lateral.max_abs
-    }),
-    FigureOf::new("start.tilt_max_rad", "tilt at the start, largest", "rad", |f| {
-        f.phases[0].tilt.max_abs
-    }),
-    FigureOf::new("start.depth_max_m", "depth at the start, greatest", "m", |f| {
-        f.phases[0].deepest
-    }),
-    FigureOf::new("rise.lateral_rms_m", "lateral while push and feed rise, RMS", "m", |f| {
-        f.phases[1].lateral.rms
-    }),
-    FigureOf::new("rise.lateral_max_m", "lateral while push and feed rise, largest", "m", |f| {
-        f.phases[1].lateral.max_abs
-    }),
-    FigureOf::new("rise.tilt_max_rad", "tilt while push and feed rise, largest", "rad", |f| {
-        f.phases[1].tilt.max_abs
-    }),
-    FigureOf::new("rise.depth_max_m", "depth while push and feed rise, greatest", "m", |f| {
-        f.phases[1].deepest
-    }),
-    FigureOf::new(
-        "rise.push_error_rms_n",
-        "push while push and feed rise, RMS of its error",
-        "N",
-        |f| f.phases[1].push_error.rms,
-    ),
-    FigureOf::new(
-        "rise.push_error_max_n",
-        "push while push and feed rise, largest error",
-        "N",
-        |f| f.phases[1].push_error.max_abs,
-    ),
-    FigureOf::new("end.lateral_rms_m", "lateral at the end, RMS", "m", |f| f.phases[2].lateral.rms),
-    FigureOf::new("end.lateral_max_m", "lateral at the end, largest", "m", |f| {
-        f.phases[2].lateral.max_abs
-    }),
-    FigureOf::new("end.longitudinal_max_m", "along the seam at the end, largest", "m", |f| {
-        f.phases[2].longitudinal.max_abs
-    }),
-    FigureOf::new("end.tilt_max_rad", "tilt at the end, largest", "rad", |f| {
-        f.phases[2].tilt.max_abs
-    }),
-    FigureOf::new("end.depth_max_m", "depth at the end, greatest", "m", |f| f.phases[2].deepest),
-    FigureOf::new("end.push_error_rms_n", "push at the end, RMS of its error", "N", |f| {
-        f.phases[2].push_error.rms
-    }),
-    FigureOf::new("end.push_error_max_n", "push at the end, largest error", "N", |f| {
-        f.phases[2].push_error.max_abs
-    }),
+    of_phase!(start: "lateral_rms_m", "lateral", "RMS", "m", lateral.rms),
+    of_phase!(start: "lateral_max_m", "lateral", "largest", "m", lateral.max_abs),
+    of_phase!(start: "tilt_max_rad", "tilt", "largest", "rad", tilt.max_abs),
+    of_phase!(start: "depth_max_m", "depth", "greatest", "m", deepest),
+    of_phase!(rise: "lateral_rms_m", "lateral", "RMS", "m", lateral.rms),
+    of_phase!(rise: "lateral_max_m", "lateral", "largest", "m", lateral.max_abs),
+    of_phase!(rise: "tilt_max_rad", "tilt", "largest", "rad", tilt.max_abs),
+    of_phase!(rise: "depth_max_m", "depth", "greatest", "m", deepest),
+    of_phase!(rise: "push_error_rms_n", "push", "RMS of its error", "N", push_error.rms),
+    of_phase!(rise: "push_error_max_n", "push", "largest error", "N", push_error.max_abs),
+    of_phase!(end: "lateral_rms_m", "lateral", "RMS", "m", lateral.rms),
+    of_phase!(end: "lateral_max_m", "lateral", "largest", "m", lateral.max_abs),
+    of_phase!(end: "longitudinal_max_m", "along the seam", "largest", "m", longitudinal.max_abs),
+    of_phase!(end: "tilt_max_rad", "tilt", "largest", "rad", tilt.max_abs),
+    of_phase!(end: "depth_max_m", "depth", "greatest", "m", deepest),
+    of_phase!(end: "push_error_rms_n", "push", "RMS of its error", "N", push_error.rms),
+    of_phase!(end: "push_error_max_n", "push", "largest error", "N", push_error.max_abs),
 ];
 
 impl WeldFigures {
