@@ -6,7 +6,7 @@ use serde::Deserialize;
 use serde_json::Value;
 use std::path::Path;
 use trueweld_evaluate::WeldFigures;
-use trueweld_evaluate::certify::{ProvenanceDifference, Verdict};
+use trueweld_evaluate::certify::{Verdict, must_be_of_same};
 use trueweld_output::missed_in_words;
 use trueweld_plant::input::read_text;
 use trueweld_plant::provenance::{Provenance, SimulationRecord, sha256};
@@ -70,7 +70,7 @@ pub(crate) fn check(path: &Path, run: &Provenance) -> Result<ReadCertificate> {
             ..of.clone()
         };
     }
-    if let Some(difference) = ProvenanceDifference::between(&of, &run) {
+    if let Err(difference) = must_be_of_same(&of, &run) {
         return Err(miette!(
             help = "A certificate says nothing of another cell or another build: run `certify` for this one.",
             "{at} is of something else than this run: {difference}"

@@ -1,8 +1,8 @@
 //! Why runs cannot be kept, taken over, or put together. The texts name the options of the command
 //! line, under which their reader knows folders and shards.
 
-use super::difference::ProvenanceDifference;
 use super::shard::Shard;
+use miette::Report;
 use std::io;
 use std::path::PathBuf;
 
@@ -168,7 +168,7 @@ pub enum EvidenceError {
         /// Which.
         shard: Shard,
         /// What it differs in.
-        difference: Box<ProvenanceDifference>,
+        difference: Report,
     },
     /// A shard of another number of runs.
     #[error(

@@ -6,7 +6,7 @@
 //! are there, once each, whole, and of what is asked for now. The search for the worst cell needs
 //! all trials, and is made by whoever merges, as are the margins.
 
-use super::difference::ProvenanceDifference;
+use super::difference::must_be_of_same;
 use super::evidence_error::EvidenceError;
 use super::shard::Shard;
 use serde::{Deserialize, Serialize};
@@ -135,10 +135,7 @@ impl Shards {
             if shard.of != all {
                 return Err(EvidenceError::ShardOfAnother { folder, shard, all });
             }
-            if let Some(difference) =
-                ProvenanceDifference::between(&manifest.provenance, provenance)
-            {
-                let difference = Box::new(difference);
+            if let Err(difference) = must_be_of_same(&manifest.provenance, provenance) {
                 return Err(EvidenceError::ShardOfElse { folder, shard, difference });
             }
             if manifest.trials != trials {

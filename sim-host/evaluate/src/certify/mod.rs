@@ -48,7 +48,7 @@ pub use campaign::{
     digest_of_inputs, seed_of_inputs,
 };
 pub use certified::{AssumedDraws, Certificate, CertifiedWeld, WeldPlan};
-pub use difference::ProvenanceDifference;
+pub use difference::must_be_of_same;
 pub use draw::{NominalCell, SampledCell};
 pub use evidence_error::EvidenceError;
 pub use fault_figures::{FAULT_FIGURES, FaultSizes};
