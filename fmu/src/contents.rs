@@ -61,21 +61,6 @@ struct FmuOptions {
     seed: Option<String>,
 }
 
-impl CellInput {
-    /// Its name on the command line and in `fmu.toml`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Torque => "torque",
-            Self::Correction => "correction",
-        }
-    }
-
-    /// The input of a name.
-    pub fn find(name: &str) -> Option<Self> {
-        [Self::Torque, Self::Correction].into_iter().find(|input| input.name() == name)
-    }
-}
-
 /// The files of a folder `resources`, by their names.
 #[derive(Debug, Clone)]
 pub(crate) struct Contents(pub BTreeMap<String, Vec<u8>>);
@@ -209,7 +194,8 @@ impl Contents {
         let controller = ControllerKind::find(&options.controller)
             .map_err(|_| miette!("{}: there is no such controller", options.controller))?;
         let input = options.input.as_deref().map(|name| {
-            CellInput::find(name).ok_or_else(|| miette!("{name}: a plant has no such input"))
+            let input = CellInput::ALL.into_iter().find(|input| input.name() == name);
+            input.ok_or_else(|| miette!("{name}: a plant has no such input"))
         });
         match (options.law, input.transpose()?) {
             (Some(law), None) => {

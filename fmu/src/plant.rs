@@ -13,17 +13,19 @@ use trueweld_core::compensation::{Compensator, Observation};
 use trueweld_core::state::{StateError, StateResult, StateVisitor, Stateful};
 use trueweld_core::{Fault, JOINTS, JointVector, Robot, Twist};
 use trueweld_plant::controllers::{ControllerKind, PlantController};
+use trueweld_plant::named;
 use trueweld_plant::seam::Seam;
 use trueweld_plant::simulate::{CellView, ControlSide, OpenCell, Scenario, WeldProgram};
 
-/// What drives a cell.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CellInput {
-    /// Motor torques: the controller is outside.
-    Torque,
-    /// A correction of the set-point: the controller is inside, as behind a pose correction
-    /// interface.
-    Correction,
+named! {
+    /// What drives a cell.
+    pub enum CellInput {
+        /// Motor torques: the controller is outside.
+        Torque = "torque",
+        /// A correction of the set-point: the controller is inside, as behind a pose correction
+        /// interface.
+        Correction = "correction",
+    }
 }
 
 /// A law that demands what it is told.

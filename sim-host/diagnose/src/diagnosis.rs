@@ -24,6 +24,7 @@ use trueweld_estimate::predict::{PredictError, PreparedLog};
 use trueweld_estimate::residuals::localize::{Finding, localize};
 use trueweld_logs::log::{Log, LogKind};
 use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Location, Role};
+use trueweld_plant::named;
 use trueweld_plant::robot::Channel;
 use trueweld_plant::simulate::Seam;
 
@@ -37,49 +38,31 @@ pub(crate) fn longest_weld(logs: &[Log]) -> f64 {
         .unwrap_or(0.5)
 }
 
-/// What the data say.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum DiagnosisVerdict {
-    /// Nothing is missing above the floor.
-    Adequate,
-    /// An effect of the library, or two, explain what was missing.
-    EffectFound,
-    /// Something is missing that none of the library's effects explains.
-    UnknownEffect,
-}
-
-impl DiagnosisVerdict {
-    /// Its name in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Adequate => "adequate",
-            Self::EffectFound => "effect-found",
-            Self::UnknownEffect => "unknown-effect",
-        }
+named! {
+    /// What the data say.
+    pub enum DiagnosisVerdict {
+        /// Nothing is missing above the floor.
+        Adequate = "adequate",
+        /// An effect of the library, or two, explain what was missing.
+        EffectFound = "effect-found",
+        /// Something is missing that none of the library's effects explains.
+        UnknownEffect = "unknown-effect",
     }
 }
 
-/// How much of what was above noise and accuracy is explained.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ExplainedPart {
-    /// All of it, or there was none.
-    All,
-    /// A part: what explains it is told, and what remains.
-    Part,
-    /// Nothing.
-    Nothing,
+named! {
+    /// How much of what was above noise and accuracy is explained.
+    pub enum ExplainedPart {
+        /// All of it, or there was none.
+        All = "all",
+        /// A part: what explains it is told, and what remains.
+        Part = "part",
+        /// Nothing.
+        Nothing = "nothing",
+    }
 }
 
 impl ExplainedPart {
-    /// Its name in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::All => "all",
-            Self::Part => "part",
-            Self::Nothing => "nothing",
-        }
-    }
-
     /// Of a verdict, where `any` is explained at least.
     pub(crate) fn of(verdict: DiagnosisVerdict, any: bool) -> Self {
         match verdict {

@@ -20,6 +20,7 @@ use trueweld_estimate::random_effects::{LeftOutUnit, RandomEffects, UnitValue};
 use trueweld_logs::log::Log;
 use trueweld_plant::effects::{Effect, Parameter, Role};
 use trueweld_plant::input::{Posterior, RobotFile};
+use trueweld_plant::named;
 
 /// Cost by which a fit with more effects may end above one with fewer and still be at its least: each
 /// ends where half of that is promised.
@@ -62,17 +63,18 @@ pub struct FleetEffect {
     pub parameters: Vec<FleetParameter>,
 }
 
-/// Whether a unit has an effect.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Presence {
-    /// Its own logs name it.
-    Named,
-    /// They do not name it among all effects, and measure it to be there.
-    Measured,
-    /// They measure it not to be there.
-    Absent,
-    /// They do not tell.
-    Unknown,
+named! {
+    /// Whether a unit has an effect.
+    pub enum Presence {
+        /// Its own logs name it.
+        Named = "named",
+        /// They do not name it among all effects, and measure it to be there.
+        Measured = "measured",
+        /// They measure it not to be there.
+        Absent = "absent",
+        /// They do not tell.
+        Unknown = "unknown",
+    }
 }
 
 /// A parameter over all units, in its unit.
@@ -112,16 +114,6 @@ impl Presence {
     /// True where the unit has the effect.
     pub fn is_there(self) -> bool {
         matches!(self, Self::Named | Self::Measured)
-    }
-
-    /// Its name in a result.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Named => "named",
-            Self::Measured => "measured",
-            Self::Absent => "absent",
-            Self::Unknown => "unknown",
-        }
     }
 }
 

@@ -8,6 +8,7 @@
 //! Left out: encoders (the drives' own monitoring stops the robot) and faults that the robot's bus
 //! would report.
 
+use crate::named;
 use crate::random::visit_stream;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -30,13 +31,14 @@ const MIXED: usize = 20;
 /// Readings of one period that a state may have: more than any sensor gives.
 const READINGS_MAX: usize = 1 << 10;
 
-/// Which instrument fails.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Instrument {
-    /// The force/torque sensor between flange and tool.
-    ForceSensor,
-    /// The seam sensor.
-    SeamSensor,
+named! {
+    /// Which instrument fails.
+    pub enum Instrument {
+        /// The force/torque sensor between flange and tool.
+        ForceSensor = "force",
+        /// The seam sensor.
+        SeamSensor = "seam",
+    }
 }
 
 /// How an instrument fails.
@@ -117,15 +119,6 @@ pub struct InstrumentFault {
     pub from: f64,
     /// Until before this time of the run, s.
     pub until: f64,
-}
-
-impl Instrument {
-    fn name(self) -> &'static str {
-        match self {
-            Self::ForceSensor => "force",
-            Self::SeamSensor => "seam",
-        }
-    }
 }
 
 impl InstrumentFault {
