@@ -1,6 +1,7 @@
 //! A document for a terminal.
 
 use super::{Block, Document, Medium, Table, TableCell, Tone};
+use crate::text::lines_of;
 
 /// Longest line.
 const TEXT_WIDTH: usize = 110;
@@ -90,23 +91,6 @@ fn wrapped(text: &str, first: &str, rest: &str) -> String {
     let lines = lines_of(text, TEXT_WIDTH - rest.chars().count());
     let before = std::iter::once(first).chain(std::iter::repeat(rest));
     lines.iter().zip(before).map(|(line, before)| format!("{before}{line}\n")).collect()
-}
-
-fn lines_of(text: &str, width: usize) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in text.split(' ') {
-        let last = lines.last_mut().expect("there is always a line");
-        let (length, more) = (last.chars().count(), word.chars().count());
-        if length > 0 && length + 1 + more > width {
-            lines.push(word.to_owned());
-        } else {
-            if length > 0 {
-                last.push(' ');
-            }
-            last.push_str(word);
-        }
-    }
-    lines
 }
 
 /// Width of a cell's longest line.

@@ -1,5 +1,6 @@
 //! A control file with the gains that were found, and where they come from in its comments.
 
+use super::lines_of;
 use super::tune::{confirmation, origin};
 use crate::TuneReport;
 use std::f64::consts::TAU;
@@ -9,33 +10,19 @@ use trueweld_core::control::JointGains;
 use trueweld_plant::controllers::{DEPTH_KEYS, FORCE_KEYS, GainKey, JOINT_KEYS};
 use trueweld_plant::input::{CascadeGains, Control, ParallelGains};
 
+/// Longest line of a comment, but for the sign before it.
+const COMMENT_WIDTH: usize = 130;
+
 /// The text of the file.
 pub fn control_toml(report: &TuneReport<'_>) -> String {
     let mut lines = origin(report);
     lines.push(String::new());
     lines.extend(confirmation(report));
-    let comments = lines.iter().flat_map(|line| wrapped(line));
+    let comments = lines.iter().flat_map(|line| lines_of(line, COMMENT_WIDTH));
     let mut text: String =
         comments.map(|line| format!("# {line}").trim_end().to_owned() + "\n").collect();
     gains(&mut text, &report.tuning.control);
     text
-}
-
-/// Lines of a comment that fit.
-fn wrapped(line: &str) -> Vec<String> {
-    const COMMENT_WIDTH: usize = 130;
-    let mut lines = vec![String::new()];
-    for word in line.split(' ') {
-        match lines.last_mut() {
-            Some(last) if last.is_empty() => last.push_str(word),
-            Some(last) if last.chars().count() + 1 + word.chars().count() <= COMMENT_WIDTH => {
-                last.push(' ');
-                last.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
 }
 
 /// A number as TOML has it.

@@ -56,6 +56,24 @@ pub(crate) fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
+/// Words in lines that fit.
+pub(crate) fn lines_of(text: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let last = lines.last_mut().expect("there is always a line");
+        let (length, more) = (last.chars().count(), word.chars().count());
+        if length > 0 && length + 1 + more > width {
+            lines.push(word.to_owned());
+        } else {
+            if length > 0 {
+                last.push(' ');
+            }
+            last.push_str(word);
+        }
+    }
+    lines
+}
+
 /// Names of numbers, those of one parameter at several places together.
 pub(crate) fn condensed(names: &[String]) -> String {
     let mut together: BTreeMap<(&str, &str), Vec<&str>> = BTreeMap::new();
