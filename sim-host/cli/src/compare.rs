@@ -4,7 +4,6 @@ use crate::measured::{LogArguments, tell_mistakes};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{Result, miette};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld::{ComparedPair, compare, compare_logs};
 use trueweld_output::{CompareLogsReport, CompareReport};
 
@@ -42,11 +41,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     let rows: Vec<usize> = measured.logs.iter().map(|log| log.samples.time.len()).collect();
     let progress = arguments.results.files.progress("comparing", rows.iter().sum::<usize>() as f64);
-    let finished = AtomicUsize::new(0);
-    let done = |k: usize| {
-        progress.advance_to((finished.fetch_add(rows[k], Ordering::Relaxed) + rows[k]) as f64);
-    };
-    let compared = compare(&measured, &done);
+    let compared = compare(&measured, &|k: usize| progress.advance_by(rows[k]));
     progress.finish();
     let comparison = compared?;
     arguments.results.write(&CompareReport {

@@ -4,6 +4,7 @@
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fmt;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
@@ -14,6 +15,8 @@ pub type ProgressListener = Arc<dyn Fn(&str, f64) + Send + Sync>;
 pub struct Progress {
     bar: ProgressBar,
     start: Instant,
+    /// Units of the total that were counted one by one.
+    counted: AtomicUsize,
     /// Longest time that was said, s.
     told: Mutex<Option<f64>>,
     listener: Option<ProgressListener>,
@@ -66,7 +69,18 @@ impl Progress {
             .expect("the template is well-formed");
         bar.set_style(style.progress_chars("━╸─"));
         bar.set_message(label.to_owned());
-        Self { bar, start: Instant::now(), told: Mutex::new(None), listener: None }
+        let (start, counted, told) = (Instant::now(), AtomicUsize::new(0), Mutex::new(None));
+        Self { bar, start, counted, told, listener: None }
+    }
+
+    /// The same, to count from what was done before.
+    pub fn counting_from(self, done: usize) -> Self {
+        Self { counted: done.into(), ..self }
+    }
+
+    /// So many units more of the total are done, on whatever thread.
+    pub fn advance_by(&self, more: usize) {
+        self.advance_to((self.counted.fetch_add(more, Ordering::Relaxed) + more) as f64);
     }
 
     /// The work has come to `done` of the total.

@@ -7,7 +7,6 @@ use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::{Result, miette};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld::{PLANT_STEP, WeldingCell};
 use trueweld_compensators::{Elastostatic, Entry, FeedForward, SeamTracking, Uncompensated};
 use trueweld_evaluate::study::{
@@ -129,19 +128,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let confirmed = 2 * (laws.len() * inputs.len() + 1);
     let total = family.count() + RUN * confirmed;
     let progress = results.files.progress("placing", total as f64);
-    let done = AtomicUsize::new(0);
-    let count = |more: usize| {
-        progress.advance_to((done.fetch_add(more, Ordering::Relaxed) + more) as f64);
-    };
-    let grid = task.grid(|| count(1));
+    let grid = task.grid(|| progress.advance_by(1));
     let Some(best) = task.best(&grid) else {
         let far = |placed: &trueweld_evaluate::study::RatedPlacement| placed.outcome.clone().err();
         let farthest = grid.iter().filter_map(far).reduce(|a, b| if b.0 > a.0 { b } else { a });
         return Err(nowhere(grid.len(), farthest));
     };
     let arm = RealArm { robot: &first.robot.robot, effects: &first.effects };
-    let confirmed =
-        |placed: &PlacedPart| confirm(&task, &scenario, &arm, placed, &laws, || count(RUN));
+    let confirmed = |placed: &PlacedPart| {
+        confirm(&task, &scenario, &arm, placed, &laws, || progress.advance_by(RUN))
+    };
     let filed = as_filed(&task).map(|placed| confirmed(&placed));
     let chosen = confirmed(&best);
     progress.finish();

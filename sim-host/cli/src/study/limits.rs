@@ -8,7 +8,6 @@ use clap::{Args, ValueEnum};
 use miette::{Result, miette};
 use std::path::PathBuf;
 use std::slice;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld::{STEP_OF_MANY, read_input};
 use trueweld_compensators::Entry;
 use trueweld_evaluate::study::{
@@ -130,8 +129,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let runs: usize = ranges.iter().map(|(driven, _)| driven.runs()).sum();
     let total = places.len() * runs;
     let progress = results.progress("welding", total as f64);
-    let done = AtomicUsize::new(0);
-    let count = || progress.advance_to((done.fetch_add(1, Ordering::Relaxed) + 1) as f64);
+    let count = || progress.advance_by(1);
     let at_place = |at: &Placement| {
         let weld = &part.welds_at(at)[0];
         let study = LimitStudy { scenario: Scenario { weld, ..study.scenario }, ..study };

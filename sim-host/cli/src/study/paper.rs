@@ -7,7 +7,6 @@ use clap::Args;
 use miette::{Result, miette};
 use rayon::prelude::*;
 use std::slice;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld::{PLANT_STEP, WeldingCell};
 use trueweld_compensators::{Entry, Uncompensated};
 use trueweld_evaluate::study::{RealArm, centred, envelopes, reachable};
@@ -70,26 +69,22 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         distances[1].sort_by(f64::total_cmp);
     }
     let runs = 7 + distances.iter().map(Vec::len).sum::<usize>();
-    let done = AtomicUsize::new(0);
     let progress = results.progress("welding", runs as f64);
-    let count = |more: usize| {
-        progress.advance_to((done.fetch_add(more, Ordering::Relaxed) + more) as f64);
-    };
     let steps = ControllerKind::required()
         .par_iter()
         .map(|controller| scenario(first, step, *controller))
         .collect::<Result<Vec<Recording>>>()?;
-    count(3);
+    progress.advance_by(3);
     let welds = both
         .par_iter()
         .map(|inputs| scenario(inputs, WeldProgram::Weld, ControllerKind::EXTERNAL))
         .collect::<Result<Vec<Recording>>>()?;
-    count(4);
+    progress.advance_by(4);
     let [vertical, inclined] = [0, 1].map(|k| {
         let inputs = &both[k];
         let arm = RealArm { robot: &inputs.robot.robot, effects: &inputs.effects };
         let scenario = inputs.scenario(WeldProgram::Weld, ControllerKind::EXTERNAL, &none);
-        envelopes(&scenario, &arm, &moved[k], &distances[k], || count(1))
+        envelopes(&scenario, &arm, &moved[k], &distances[k], || progress.advance_by(1))
     });
     progress.finish();
     let short = || miette!("the runs are too short to have figures");

@@ -8,7 +8,6 @@ use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld_evaluate::certify::{
     EvidenceBasis, Repeat, Shard, Shards, TrialStore, begin_shard, check_shard_folder,
     digest_of_inputs,
@@ -94,12 +93,11 @@ impl SweepFolder {
         run: impl Fn(&u64) -> R + Sync,
     ) -> Result<Option<(Vec<R>, Progress)>> {
         let jobs: Vec<u64> = (0..sweep.runs).collect();
-        let done = AtomicUsize::new(0);
         let Some(folder) = &self.evidence else {
             let progress = sweep.results.progress("welding", (jobs.len() + more) as f64);
             let runs = jobs.par_iter().map(|job| {
                 let run = run(job);
-                progress.advance_to((done.fetch_add(1, Ordering::Relaxed) + 1) as f64);
+                progress.advance_by(1);
                 run
             });
             let runs = runs.collect();
@@ -126,10 +124,11 @@ impl SweepFolder {
         }
         let jobs = self.shard.map_or(jobs.clone(), |shard| shard.part(jobs));
         let kept = store.count().min(jobs.len());
-        let progress = sweep.results.progress("welding", (jobs.len() + more) as f64);
+        let progress =
+            sweep.results.progress("welding", (jobs.len() + more) as f64).counting_from(kept);
         let runs = store.complete(&jobs, is, |job| {
             let run = run(job);
-            progress.advance_to((kept + done.fetch_add(1, Ordering::Relaxed) + 1) as f64);
+            progress.advance_by(1);
             run
         })?;
         store.close()?;
