@@ -13,8 +13,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 use std::f64::consts::{PI, TAU};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
 use trueweld_core::{JOINTS, Pose, Robot};
-use trueweld_logs::HALF_95;
-use trueweld_logs::ROTATION_LENGTH;
+use trueweld_logs::{HALF_95, ROTATION_LENGTH, median};
 
 /// Rows at which the angles of one joint are looked for.
 const ANGLE_ROWS: usize = 40;
@@ -76,8 +75,7 @@ fn median_offset(points: &[(f64, f64)], slope: f64) -> f64 {
     let first = points[0].1 - slope * points[0].0;
     let mut apart: Vec<f64> =
         points.iter().map(|(x, y)| (y - slope * x - first + PI).rem_euclid(TAU) - PI).collect();
-    apart.sort_by(f64::total_cmp);
-    let offset = first + apart[apart.len() / 2];
+    let offset = first + median(&mut apart).unwrap_or(0.0);
     (offset + PI).rem_euclid(TAU) - PI
 }
 

@@ -19,6 +19,7 @@ use nalgebra::{Matrix3, Vector2, Vector6};
 use trueweld_core::{Pose, Robot};
 use trueweld_logs::channel::LogChannel;
 use trueweld_logs::log::{Log, LogKind};
+use trueweld_logs::median;
 use trueweld_plant::input::{InputError, Process};
 use trueweld_plant::process::planned;
 use trueweld_plant::simulate::Seam;
@@ -217,8 +218,7 @@ impl Pressing {
         rows.sort_by(|a, b| b.wrench.force.z.abs().total_cmp(&a.wrench.force.z.abs()));
         rows.truncate(rows.len().div_ceil(2));
         let mut along: Vec<f64> = rows.iter().map(|row| -row.wrench.force.z).collect();
-        along.sort_by(f64::total_cmp);
-        let push = *along.get(along.len() / 2)?;
+        let push = median(&mut along)?;
         let mean = |of: &dyn Fn(&LogRow) -> Vector2<f64>| {
             rows.iter().map(|row| of(row)).sum::<Vector2<f64>>() / rows.len() as f64
         };

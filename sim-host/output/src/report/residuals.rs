@@ -6,6 +6,7 @@ use crate::text::finding::{category, variable};
 use crate::text::{Scale, fixed};
 use trueweld_estimate::residuals::compare::{LogComparison, Trace};
 use trueweld_estimate::residuals::localize::{Finding, MapAxis, ResidualMap};
+use trueweld_logs::median;
 
 /// Columns drawn before and after.
 pub(super) const BEFORE_AND_AFTER_COLUMNS: usize = 4;
@@ -180,7 +181,5 @@ fn mean_square(trace: &Trace) -> f64 {
 
 /// Median of a trace's noise.
 fn typical_noise(trace: &Trace) -> f64 {
-    let mut sorted = trace.deviation.clone();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+    median(&mut trace.deviation.clone()).unwrap_or(0.0)
 }
