@@ -134,15 +134,7 @@ fn direction<T: Real>(measurement: &DeviationMeasurement<T>) -> usize {
 
 impl<T: Real> Stateful for DeviationHistory<T> {
     fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
-        let length = visitor.length(self.past.len(), HISTORY_PERIODS)?;
-        if length != self.past.len() {
-            self.past.clear();
-            // No more than there is room for.
-            for _ in 0..length {
-                let _ = self.past.push_back(Twist::zero());
-            }
-        }
-        self.past.iter_mut().try_for_each(|beyond| visitor.twist(beyond))?;
+        visitor.queue(&mut self.past, Twist::zero(), |visitor, beyond| visitor.twist(beyond))?;
         self.read.iter_mut().try_for_each(|read| {
             read.equal.visit_state(visitor)?;
             visitor.scalar_option(&mut read.innovation)

@@ -31,6 +31,7 @@
 
 use crate::scalar::{Real, lit};
 use crate::spatial::{Twist, Wrench};
+use heapless::Deque;
 use nalgebra::{SMatrix, Vector3};
 
 /// Why a state cannot be taken out or put back.
@@ -159,6 +160,27 @@ impl dyn StateVisitor + '_ {
         Ok(())
     }
 
+    /// A queue of fixed room. `blank`: what its values begin as where there were fewer or more.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn queue<V: Copy, const N: usize>(
+        &mut self,
+        queue: &mut Deque<V, N>,
+        blank: V,
+        mut visit: impl FnMut(&mut Self, &mut V) -> StateResult,
+    ) -> StateResult {
+        let length = self.length(queue.len(), N)?;
+        if length != queue.len() {
+            queue.clear();
+            // No more than there is room for.
+            for _ in 0..length {
+                let _ = queue.push_back(blank);
+            }
+        }
+        queue.iter_mut().try_for_each(|value| visit(self, value))
+    }
+
     /// A scalar that may be missing.
     ///
     /// # Errors
@@ -210,8 +232,8 @@ impl dyn StateVisitor + '_ {
         self.matrix(second)
     }
 
-    /// A queue or list of fixed room that `count` values are in: its length, so that whoever owns it
-    /// brings it to that length before its values are visited.
+    /// A list of fixed room that `count` values are in: its length, so that whoever owns it brings
+    /// it to that length before its values are visited.
     ///
     /// # Errors
     /// [`StateError`].

@@ -189,15 +189,8 @@ impl<T: Real, L: Compensator<T>> Compensator<T> for SeamTracking<T, L> {
         self.inner.visit_state(visitor)?;
         self.history.visit_state(visitor)?;
         visitor.matrix(&mut self.learned)?;
-        let length = visitor.length(self.ahead.len(), SHAPE_PLACES)?;
-        if length != self.ahead.len() {
-            self.ahead.clear();
-            // No more than there is room for.
-            for _ in 0..length {
-                let _ = self.ahead.push_back((T::zero(), SVector::zeros()));
-            }
-        }
-        self.ahead.iter_mut().try_for_each(|(place, shape)| {
+        let blank = (T::zero(), SVector::zeros());
+        visitor.queue(&mut self.ahead, blank, |visitor, (place, shape)| {
             visitor.scalar(place)?;
             visitor.matrix(shape)
         })?;
