@@ -18,7 +18,7 @@ use std::path::Path;
 use trueweld::laws::{Entry, Law, Visitor, for_each};
 use trueweld::{CellFiles, WeldingCell};
 use trueweld_plant::controllers::ControllerKind;
-use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld, read_text};
+use trueweld_plant::input::{Control, Process, RobotFile, Sensors, Weld, hexadecimal, read_text};
 use trueweld_plant::provenance::FileDigest;
 
 /// What an FMU runs.
@@ -226,11 +226,6 @@ pub(crate) fn instantiate(folder: &Path, token: &str) -> Result<Instance> {
     }
     let model = contents.model(folder)?;
     Ok(Instance::new(model, own))
-}
-
-/// Digits of a digest, as `sha256sum` prints it.
-pub(crate) fn hexadecimal(digest: &[u8]) -> String {
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Whether a law is one of this project.

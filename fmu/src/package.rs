@@ -1,6 +1,6 @@
 //! The file: an archive of model description, resources and shared libraries.
 
-use crate::contents::{Contents, FmuModel, hexadecimal};
+use crate::contents::{Contents, FmuModel};
 use crate::description::{FmiVersion, Heading, describe};
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use std::borrow::Cow;
@@ -10,6 +10,7 @@ use std::sync::OnceLock;
 use std::{env, fs};
 use trueweld::{CellFiles, WeldingCell};
 use trueweld_plant::controllers::ControllerKind;
+use trueweld_plant::input::hexadecimal;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 

@@ -16,7 +16,7 @@ use std::thread;
 use trueweld::CellFiles;
 use trueweld::laws::find_among;
 use trueweld::plant::controllers::ControllerKind;
-use trueweld::plant::input::warnings;
+use trueweld::plant::input::{hexadecimal, warnings};
 use trueweld::plant::simulate::Seam;
 
 /// A weld period by period: what `trueweld.Simulation` stands on.
@@ -244,7 +244,7 @@ impl CellSimulation {
     /// SHA-256 of all that the simulation follows from, in hexadecimal digits.
     #[getter]
     fn digest(&self) -> String {
-        self.digest.iter().map(|byte| format!("{byte:02x}")).collect()
+        hexadecimal(&self.digest)
     }
 
     /// The state in bytes.

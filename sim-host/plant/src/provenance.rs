@@ -2,7 +2,7 @@
 //! every file is checked with `sha256sum`.
 
 use crate::effects::Effect;
-use crate::input::{InputError, ModelFile, RobotFile, hash_of_file};
+use crate::input::{InputError, ModelFile, RobotFile, hash_of_file, hexadecimal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -163,10 +163,6 @@ impl EffectRecord {
 /// SHA-256 of bytes, hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
 #[cfg(test)]

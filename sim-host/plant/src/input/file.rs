@@ -74,6 +74,11 @@ pub(crate) fn hash_of_file(path: &Path) -> Result<Hash, InputError> {
     Ok(reader.hasher.finalize().into())
 }
 
+/// Digits of a digest, as `sha256sum` prints it.
+pub fn hexadecimal(digest: &[u8]) -> String {
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 fn refused(path: &Path, error: &io::Error) -> InputError {
     let message = format!("cannot be read: {error}; expected a file");
     Source::new(&path.display().to_string(), "")

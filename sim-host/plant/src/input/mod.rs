@@ -39,7 +39,7 @@ pub use document::TomlDocument;
 pub use error::{InputError, Source, printable};
 pub(crate) use file::hash_of_file;
 pub use file::{
-    InputReader, files_read, folder_of, may_write_into, open, read_text, remove_stale,
+    InputReader, files_read, folder_of, hexadecimal, may_write_into, open, read_text, remove_stale,
     write_atomically, write_atomically_with,
 };
 pub use model::{Comments, EffectComments, KnownEffect, ModelEffect, ModelFile, Scope};

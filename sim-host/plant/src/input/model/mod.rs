@@ -26,7 +26,7 @@ use super::quantity::warn;
 use super::table::TomlTable;
 use super::{
     Accuracy, Bounds, FileKind, InputError, InputFile, Process, RobotFile, TomlDocument,
-    hash_of_file, nearest, read_text,
+    hash_of_file, hexadecimal, nearest, read_text,
 };
 use crate::effects::formula::{
     CustomParameter, CustomRole, Definition, MOST_PARAMETERS, NamedPort, PORTS,
@@ -188,7 +188,7 @@ impl ModelFile {
         if let Some(posterior) = &self.posterior {
             self.write_posterior(&mut text, posterior, "");
         }
-        Ok(Sha256::digest(text).iter().map(|b| format!("{b:02x}")).collect())
+        Ok(hexadecimal(&Sha256::digest(text)))
     }
 
     /// This model with a posterior, sealed.
