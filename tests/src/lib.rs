@@ -21,14 +21,12 @@ use proptest::prelude::*;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::LazyLock;
+use trueweld_compensators::RobotNumbers;
 use trueweld_core::control::{
     External, ExternalGains, ForceGains, HybridController, JointGains, Parallel, SensorReadings,
     Setpoint, Superposed,
 };
-use trueweld_core::{
-    Counterbalance, Friction, JOINTS, JointParameters, JointVector, Pose, Real, Robot,
-    RobotParameters, ToolParameters, Wrench,
-};
+use trueweld_core::{JOINTS, JointVector, Pose, Real, Robot, RobotParameters, Wrench};
 use trueweld_laboratory::Laboratory;
 use trueweld_plant::input::{InputFile, RobotFile};
 
@@ -75,45 +73,8 @@ pub fn kr500<T: Real>() -> Robot<T> {
 /// # Panics
 /// Where the fixture is not a robot.
 pub fn kr500_parameters<T: Real>() -> RobotParameters<T> {
-    let read = RobotFile::read(fixture("robots/kr500-mt.toml"))
-        .expect("the fixture is a robot")
-        .parameters;
-    let one = |x: f64| nalgebra::convert::<f64, T>(x);
-    RobotParameters {
-        gravity: cast(&read.gravity),
-        joints: read.joints.map(|j| JointParameters {
-            origin: cast(&j.origin),
-            axis: cast(&j.axis),
-            limits: j.limits.map(one),
-            max_rate: one(j.max_rate),
-            max_torque: one(j.max_torque),
-            stiffness: one(j.stiffness),
-            damping: one(j.damping),
-            rotor_inertia: one(j.rotor_inertia),
-            mass: one(j.mass),
-            center_of_mass: cast(&j.center_of_mass),
-            inertia: cast(&j.inertia),
-        }),
-        friction: Friction {
-            viscous: cast(&read.friction.viscous),
-            coulomb: cast(&read.friction.coulomb),
-            smoothing: one(read.friction.smoothing),
-        },
-        counterbalance: Counterbalance {
-            cosine: read.counterbalance.cosine.iter().map(|c| one(*c)).collect(),
-            phase: one(read.counterbalance.phase),
-            table: read.counterbalance.table.iter().map(|point| point.map(one)).collect(),
-        },
-        tool: ToolParameters {
-            flange_offset: cast(&read.tool.flange_offset),
-            mass: one(read.tool.mass),
-            com_from_flange: cast(&read.tool.com_from_flange),
-            inertia: cast(&read.tool.inertia),
-            tcp_from_flange: cast(&read.tool.tcp_from_flange),
-            z_axis: cast(&read.tool.z_axis),
-            y_axis: cast(&read.tool.y_axis),
-        },
-    }
+    let read = RobotFile::read(fixture("robots/kr500-mt.toml")).expect("the fixture is a robot");
+    RobotNumbers::of(&read.parameters).parameters().expect("the fixture is a robot")
 }
 
 /// One state of `fixtures/golden/kr500-rigid.json`, computed by Pinocchio 4.1.0 from the same robot
