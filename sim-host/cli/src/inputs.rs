@@ -3,7 +3,7 @@
 use crate::session;
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
-use miette::Result;
+use miette::{Result, miette};
 use std::path::{Path, PathBuf};
 use trueweld::{CellFiles, FoundInLog, WeldingCell};
 
@@ -69,6 +69,18 @@ pub(crate) struct CellArguments {
 /// Welds of one seam that may be asked for: a law that has not learned by then does not.
 pub(crate) fn passes() -> RangedI64ValueParser<u32> {
     clap::value_parser!(u32).range(1..=1000)
+}
+
+/// Checks the length to which a seam is cut, m: such a weld has a steady part worth its name.
+///
+/// # Errors
+/// Another length.
+pub(crate) fn check_length(length: f64) -> Result<()> {
+    const SHORTEST: f64 = 0.02;
+    match length >= SHORTEST && length.is_finite() {
+        true => Ok(()),
+        false => Err(miette!("--length {length}: expected a number of metres from {SHORTEST} up")),
+    }
 }
 
 impl CellArguments {

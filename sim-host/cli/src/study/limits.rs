@@ -1,7 +1,7 @@
 //! `trueweld study limits`: the largest push, feed and offset of the seam that keep requirements.
 
 use super::grid::GridArgument;
-use crate::inputs::{WeldArguments, passes};
+use crate::inputs::{WeldArguments, check_length, passes};
 use crate::names::{ControllerParser, LawParser};
 use crate::results::{Results, check_outputs, check_targets};
 use clap::{Args, ValueEnum};
@@ -76,9 +76,6 @@ enum What {
 /// Where the page goes if the user does not say.
 const PAGE: &str = "out/study-limits.html";
 
-/// Shortest seam that has a steady part worth its name, m.
-const SHORTEST: f64 = 0.02;
-
 /// Least share of push and feed that is looked at.
 const LEAST: f64 = 0.2;
 
@@ -95,11 +92,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut inputs = arguments.files.read()?;
     inputs.must_bear_push("study")?;
     if let Some(length) = arguments.length {
-        if !(length >= SHORTEST && length.is_finite()) {
-            return Err(miette!(
-                "--length {length}: expected a number of metres from {SHORTEST} up"
-            ));
-        }
+        check_length(length)?;
         inputs.weld = shortened(&inputs.weld, length);
     }
     let seam = Seam::of(&inputs.weld);

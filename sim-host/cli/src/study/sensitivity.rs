@@ -4,7 +4,7 @@
 //! those of `certify`.
 
 use super::sweep::{Sweep, SweepFolder};
-use crate::inputs::WeldArguments;
+use crate::inputs::{WeldArguments, check_length};
 use crate::names::{ControllerParser, LawParser};
 use crate::results::{Results, check_outputs, check_targets};
 use clap::{Args, value_parser};
@@ -54,9 +54,6 @@ pub(crate) struct Arguments {
 /// Where the page goes if the user does not say.
 const PAGE: &str = "out/study-sensitivity.html";
 
-/// Shortest seam that has a steady part worth its name, m.
-const SHORTEST: f64 = 0.02;
-
 /// Runs the command.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut results = arguments.results.clone();
@@ -66,9 +63,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     check_targets(&results.outputs())?;
     let length = arguments.length;
-    if !(length >= SHORTEST && length.is_finite()) {
-        return Err(miette!("--length {length}: expected a number of metres from {SHORTEST} up"));
-    }
+    check_length(length)?;
     let mut files = Vec::new();
     let requirements: Requirements = read_input(arguments.requirements.as_deref(), &mut files)?;
     let mut inputs = arguments.files.read()?;
