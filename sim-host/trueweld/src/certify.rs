@@ -303,6 +303,7 @@ impl PreparedCertification<'_> {
             CertifyError::Faults { error: error @ FaultsRefused::NoLimit { .. }, .. } => {
                 miette!("{}: {error}", self.requirements.digest.file)
             }
+            CertifyError::Evidence(report) => report,
             other => other.into(),
         }
     }

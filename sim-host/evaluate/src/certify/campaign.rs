@@ -2,7 +2,7 @@
 
 use super::certified::{AssumedDraws, Certificate, CertifiedWeld, WeldPlan};
 use super::draw::{NominalCell, SampledCell};
-use super::evidence_error::EvidenceError;
+use super::evidence_error::cannot;
 use super::faults::FaultsRefused;
 use super::judge::{Evidence, accepted_faults, draws, judge, weak_points};
 use super::manifest::{Shards, begin_shard, check_shard_folder, evidence_digest};
@@ -19,6 +19,7 @@ use super::worst::{WorstCase, search};
 use super::{Certification, Trial};
 use crate::requirements::Requirements;
 use crate::uncertain::UncertainCell;
+use miette::{IntoDiagnostic, Report};
 use std::path::{Path, PathBuf};
 use trueweld_core::Robot;
 use trueweld_plant::effects::Effect;
@@ -122,9 +123,14 @@ pub enum CertifyError {
     #[error("the nominal run is missing")]
     NoNominal,
     /// Runs that cannot be kept, taken over, or put together.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Evidence(#[from] EvidenceError),
+    #[error("{0}")]
+    Evidence(Report),
+}
+
+impl From<Report> for CertifyError {
+    fn from(report: Report) -> Self {
+        Self::Evidence(report)
+    }
 }
 
 /// What [`OpenCertification::run`] comes to.
@@ -190,7 +196,7 @@ impl<'a> CertificationPlan<'a> {
             return Err(CertifyError::NothingKept { folder: self.evidence.to_owned() });
         }
         std::fs::create_dir_all(self.evidence)
-            .map_err(|source| EvidenceError::Create { path: self.evidence.to_owned(), source })?;
+            .map_err(|source| cannot("create", self.evidence, source))?;
         Ok(OpenCertification { plan: self, welds, provenance, kept })
     }
 
@@ -478,23 +484,23 @@ fn run_weld(
 /// SHA-256 of every input that runs depend on: options and bytes of files, wherever these lie.
 ///
 /// # Errors
-/// [`EvidenceError::Text`].
-pub fn digest_of_inputs(provenance: &Provenance) -> Result<String, EvidenceError> {
+/// Inputs that have no text.
+pub fn digest_of_inputs(provenance: &Provenance) -> miette::Result<String> {
     let mut of = provenance.clone();
     of.files.iter_mut().for_each(|file: &mut FileDigest| file.file.clear());
     // Warnings follow from the files, and name their paths; of the program the sources count.
     of.warnings.clear();
     of.version.clear();
     of.sources.clear();
-    Ok(sha256(serde_json::to_string(&of)?.as_bytes()))
+    Ok(sha256(serde_json::to_string(&of).into_diagnostic()?.as_bytes()))
 }
 
 /// The seed of the draws that follows from the inputs. Welds are left out: all meet the same cells,
 /// whichever are certified together. So are trials and runs of search: there may be more later.
 ///
 /// # Errors
-/// [`EvidenceError::Text`].
-pub fn seed_of_inputs(provenance: &Provenance) -> Result<u64, EvidenceError> {
+/// Those of [`digest_of_inputs`].
+pub fn seed_of_inputs(provenance: &Provenance) -> miette::Result<u64> {
     let mut of = provenance.clone();
     of.files.retain(|file| file.role != FileKind::Weld.name());
     if let Some(simulation) = &mut of.simulation {

@@ -4,11 +4,13 @@
 //! run depends on another shard's. A finished shard leaves `shard.json`: which it is, what its
 //! runs are of, and the SHA-256 of every file with runs. Shards are merged only where all of them
 //! are there, once each, whole, and of what is asked for now. The search for the worst cell needs
-//! all trials, and is made by whoever merges, as are the margins.
+//! all trials, and is made by whoever merges, as are the margins. Errors name the options of the
+//! command line, under which their reader knows folders and shards.
 
 use super::difference::must_be_of_same;
-use super::evidence_error::EvidenceError;
+use super::evidence_error::{cannot, unwritten};
 use super::shard::Shard;
+use miette::{IntoDiagnostic, Report, Result, miette};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -47,26 +49,25 @@ impl Shard {
         files: &[PathBuf],
         provenance: Provenance,
         trials: u64,
-    ) -> Result<(), EvidenceError> {
+    ) -> Result<()> {
         let digest = |path: &PathBuf| {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             Ok((name, evidence_digest(path)?.sha256))
         };
-        let files = files.iter().map(digest).collect::<Result<_, EvidenceError>>()?;
+        let files = files.iter().map(digest).collect::<Result<_>>()?;
         let schema = SHARD_SCHEMA.to_owned();
         let manifest = ShardManifest { schema, shard: self, trials, provenance, files };
-        let text = serde_json::to_string_pretty(&manifest)? + "\n";
-        write_atomically(folder.join(SHARD_MANIFEST), text.as_bytes()).map_err(EvidenceError::Write)
+        let text = serde_json::to_string_pretty(&manifest).into_diagnostic()? + "\n";
+        write_atomically(folder.join(SHARD_MANIFEST), text.as_bytes()).map_err(unwritten)
     }
 }
 
 /// The digest of a file of the evidence as it is kept, by its name alone.
 ///
 /// # Errors
-/// [`EvidenceError::Read`].
-pub(crate) fn evidence_digest(path: &Path) -> Result<FileDigest, EvidenceError> {
-    let bytes = std::fs::read(path)
-        .map_err(|source| EvidenceError::Read { path: path.to_owned(), source })?;
+/// A file that cannot be read.
+pub(crate) fn evidence_digest(path: &Path) -> Result<FileDigest> {
+    let bytes = std::fs::read(path).map_err(|source| cannot("read", path, source))?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     Ok(FileDigest::new("evidence", &name, &bytes))
 }
@@ -75,8 +76,8 @@ pub(crate) fn evidence_digest(path: &Path) -> Result<FileDigest, EvidenceError> 
 /// for.
 ///
 /// # Errors
-/// [`EvidenceError::OtherShard`]; a manifest that cannot be read.
-pub fn check_shard_folder(folder: &Path, shard: Option<Shard>) -> Result<(), EvidenceError> {
+/// Another shard; a manifest that cannot be read.
+pub fn check_shard_folder(folder: &Path, shard: Option<Shard>) -> Result<()> {
     if !folder.join(SHARD_MANIFEST).exists() {
         return Ok(());
     }
@@ -84,30 +85,39 @@ pub fn check_shard_folder(folder: &Path, shard: Option<Shard>) -> Result<(), Evi
     if Some(there) == shard {
         return Ok(());
     }
-    Err(EvidenceError::OtherShard { folder: folder.to_owned(), there })
+    Err(miette!(
+        "--evidence {} holds shard {there}; expected a folder of its own",
+        folder.display()
+    ))
 }
 
 /// A shard that is begun is not finished, whatever was there before.
 ///
 /// # Errors
-/// [`EvidenceError::Remove`].
-pub fn begin_shard(folder: &Path) -> Result<(), EvidenceError> {
+/// A manifest that cannot be removed.
+pub fn begin_shard(folder: &Path) -> Result<()> {
     let path = folder.join(SHARD_MANIFEST);
     if path.exists() {
-        std::fs::remove_file(&path).map_err(|source| EvidenceError::Remove { path, source })?;
+        std::fs::remove_file(&path).map_err(|source| cannot("remove", &path, source))?;
     }
     Ok(())
 }
 
-fn read(folder: &Path) -> Result<ShardManifest, EvidenceError> {
+fn read(folder: &Path) -> Result<ShardManifest> {
     let path = folder.join(SHARD_MANIFEST);
-    let text = std::fs::read(&path)
-        .map_err(|reason| EvidenceError::NoShard { folder: folder.to_owned(), reason })?;
+    let text = std::fs::read(&path).map_err(|reason| {
+        miette!(
+            help = "Run the shard with the same command again: it goes on where it was stopped.",
+            "--merge {}: no finished shard, shard.json cannot be read: {reason}",
+            folder.display()
+        )
+    })?;
+    let path = path.display();
     let manifest: ShardManifest = serde_json::from_slice(&text)
-        .map_err(|reason| EvidenceError::NotOfShard { path: path.clone(), reason })?;
+        .map_err(|reason| miette!("{path}: expected what a shard writes of itself: {reason}"))?;
     if manifest.schema != SHARD_SCHEMA {
         let found = manifest.schema;
-        return Err(EvidenceError::ShardFormat { path, found, expected: SHARD_SCHEMA });
+        return Err(miette!("{path}: of the format {found:?}; expected {SHARD_SCHEMA:?}"));
     }
     Ok(manifest)
 }
@@ -121,44 +131,58 @@ impl Shards {
     ///
     /// # Errors
     /// The shard that is missing, given twice, damaged, or of something else, with its folder.
-    pub fn read(
-        folders: &[PathBuf],
-        provenance: &Provenance,
-        trials: u64,
-    ) -> Result<Self, EvidenceError> {
+    pub fn read(folders: &[PathBuf], provenance: &Provenance, trials: u64) -> Result<Self> {
         let mut found: BTreeMap<usize, PathBuf> = BTreeMap::new();
         let mut number = None;
         for folder in folders {
             let manifest = read(folder)?;
-            let (folder, shard) = (folder.clone(), manifest.shard);
+            let (at, shard) = (folder.display(), manifest.shard);
             let all = *number.get_or_insert(shard.of);
             if shard.of != all {
-                return Err(EvidenceError::ShardOfAnother { folder, shard, all });
+                return Err(miette!(
+                    "--merge {at}: shard {shard}; expected one of {all}, as the first that was given"
+                ));
             }
             if let Err(difference) = must_be_of_same(&manifest.provenance, provenance) {
-                return Err(EvidenceError::ShardOfElse { folder, shard, difference });
+                return Err(miette!(
+                    help = "Shards are put together by the same program with the same options and files.",
+                    "--merge {at}: shard {shard} is of something else: {difference}"
+                ));
             }
             if manifest.trials != trials {
-                let (made, asked) = (manifest.trials, trials);
-                return Err(EvidenceError::ShardRuns { folder, shard, made, asked });
+                let made = manifest.trials;
+                return Err(miette!(
+                    "--merge {at}: shard {shard} is part of {made} runs; expected {trials}"
+                ));
             }
             for (file, digest_then) in manifest.files {
                 let now = evidence_digest(&folder.join(&file)).map(|of| of.sha256);
                 if now.ok() != Some(digest_then) {
-                    return Err(EvidenceError::ShardDamaged { folder, shard, file });
+                    return Err(miette!(
+                        help = "Run it again in a new folder.",
+                        "--merge {at}: shard {shard} is damaged: {file} is not as the shard wrote it"
+                    ));
                 }
             }
             if let Some(other) = found.insert(shard.number, folder.clone()) {
-                return Err(EvidenceError::ShardTwice { folder, shard, other });
+                return Err(miette!(
+                    "--merge {at}: shard {shard} is given twice; the other is {}",
+                    other.display()
+                ));
             }
         }
         let all = number.unwrap_or(1);
-        let missing: Vec<Shard> = (1..=all)
+        let missing: Vec<String> = (1..=all)
             .filter(|number| !found.contains_key(number))
-            .map(|number| Shard { number, of: all })
+            .map(|number| Shard { number, of: all }.to_string())
             .collect();
         if !missing.is_empty() {
-            return Err(EvidenceError::ShardsMissing { all, missing });
+            return Err(miette!(
+                help = "Run it with --shard, and merge again.",
+                "--merge: {} of {all} shards not given: {}",
+                missing.len(),
+                missing.join(", ")
+            ));
         }
         Ok(Self(found.into_values().collect()))
     }
@@ -169,11 +193,11 @@ impl Shards {
     }
 
     /// What to say of a shard, from 0 on, that lacks a run of its part.
-    pub fn lacks(&self, shard: usize, weld: &str) -> EvidenceError {
-        EvidenceError::ShardLacks {
-            folder: self.0[shard].clone(),
-            shard: Shard { number: shard + 1, of: self.0.len() },
-            weld: weld.to_owned(),
-        }
+    pub fn lacks(&self, shard: usize, weld: &str) -> Report {
+        let at = self.0[shard].display();
+        let shard = Shard { number: shard + 1, of: self.0.len() };
+        miette!(
+            "--merge {at}: shard {shard} lacks runs of the weld {weld}; expected all of its part"
+        )
     }
 }

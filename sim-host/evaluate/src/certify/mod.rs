@@ -50,7 +50,6 @@ pub use campaign::{
 pub use certified::{AssumedDraws, Certificate, CertifiedWeld, WeldPlan};
 pub use difference::must_be_of_same;
 pub use draw::{NominalCell, SampledCell};
-pub use evidence_error::EvidenceError;
 pub use fault_figures::{FAULT_FIGURES, FaultSizes};
 pub use faults::{FaultCase, FaultTrial, FaultsRefused, LimitedFigure};
 pub use judge::{

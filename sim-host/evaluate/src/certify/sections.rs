@@ -1,11 +1,11 @@
 //! The runs of one weld as an evidence folder keeps them: a file a section.
 
-use super::evidence_error::EvidenceError;
 use super::faults::{FaultCase, FaultTrial};
 use super::manifest::Shards;
 use super::shard::Shard;
 use super::store::{EvidenceBasis, Repeat, TrialStore};
 use super::{Certification, Trial};
+use miette::Result;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -35,7 +35,7 @@ impl EvidenceFiles {
         weld: &str,
         basis: EvidenceBasis<'_>,
         repeat: Repeat,
-    ) -> Result<Self, EvidenceError> {
+    ) -> Result<Self> {
         let [nominal, trials, rare, worst, faults] =
             EVIDENCE_SECTIONS.map(|s| section_file(folder, s, weld));
         Ok(Self {
@@ -85,8 +85,8 @@ impl EvidenceFiles {
         jobs: &EvidenceJobs,
         shards: &Shards,
         weld: &str,
-        open: impl Fn(&Path) -> Result<Self, EvidenceError>,
-    ) -> Result<(), EvidenceError> {
+        open: impl Fn(&Path) -> Result<Self>,
+    ) -> Result<()> {
         let (mut nominal, mut faults, mut trials) = (Vec::new(), Vec::new(), Vec::new());
         for folder in shards.folders() {
             let files = open(folder)?;
@@ -106,7 +106,7 @@ impl EvidenceFiles {
         jobs: &EvidenceJobs,
         certification: &Certification<'_>,
         meter: &RunMeter<'_>,
-    ) -> Result<EvidenceRuns, EvidenceError> {
+    ) -> Result<EvidenceRuns> {
         let nominal = self.nominal.complete(&jobs.nominal, is_nominal, |()| {
             meter.count("nominal", 1.0, certification.nominal())
         })?;
@@ -120,7 +120,7 @@ impl EvidenceFiles {
     }
 
     /// `rare`: whether rare failures were asked for.
-    pub(super) fn close(self, rare: bool) -> Result<(), EvidenceError> {
+    pub(super) fn close(self, rare: bool) -> Result<()> {
         self.nominal.close()?;
         self.trials.close()?;
         if rare {

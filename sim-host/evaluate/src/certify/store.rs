@@ -8,7 +8,8 @@
 //! compute the digests anew. A sample of the kept runs, or all of them, is therefore run again, and
 //! must come out as kept.
 
-use super::evidence_error::EvidenceError;
+use super::evidence_error::{cannot, unwritten};
+use miette::{IntoDiagnostic, Report, Result, miette};
 use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -20,8 +21,6 @@ use std::sync::Mutex;
 use std::time::{SystemTime, UNIX_EPOCH};
 use trueweld_plant::input::write_atomically;
 use trueweld_plant::provenance::sha256;
-
-type Result<T, E = EvidenceError> = std::result::Result<T, E>;
 
 /// Format of the files.
 const EVIDENCE_SCHEMA: &str = "trials/3";
@@ -87,11 +86,12 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
     pub fn open(path: PathBuf, basis: EvidenceBasis<'_>, repeat: Repeat) -> Result<Self> {
         let [schema, inputs, sources] =
             [EVIDENCE_SCHEMA, basis.inputs, basis.sources].map(str::to_owned);
-        let header = serde_json::to_string(&EvidenceHeader { schema, inputs, sources })?;
+        let header = EvidenceHeader { schema, inputs, sources };
+        let header = serde_json::to_string(&header).into_diagnostic()?;
         let kept = match std::fs::read(&path) {
             Ok(bytes) => read(&path, &bytes, &header, basis, repeat)?,
             Err(error) if error.kind() == ErrorKind::NotFound => Vec::new(),
-            Err(source) => return Err(EvidenceError::Read { path, source }),
+            Err(source) => return Err(cannot("read", &path, source)),
         };
         Ok(Self { path, header, kept, done: Vec::new(), repeated: 0, last: None })
     }
@@ -149,12 +149,12 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
                 return Ok((kept.run.clone(), kept.text.clone()));
             }
             let run = run(job);
-            let text = serde_json::to_string(&run)?;
+            let text = serde_json::to_string(&run).into_diagnostic()?;
             match kept {
                 Some(kept) if kept.text != text => return Err(self.otherwise(&kept.text, &text)),
                 Some(_) => {}
                 None => {
-                    let mut file = file.lock().map_err(|_| EvidenceError::Thread)?;
+                    let mut file = file.lock().map_err(|_| stopped())?;
                     file.append(&text).map_err(|source| self.unwritable(source))?;
                 }
             }
@@ -165,7 +165,7 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
             runs.into_iter().collect::<Result<Vec<_>>>()?.into_iter().unzip();
         self.done.extend(texts);
         self.repeated += repeated;
-        self.last = Some(file.into_inner().map_err(|_| EvidenceError::Thread)?.last);
+        self.last = Some(file.into_inner().map_err(|_| stopped())?.last);
         Ok(runs)
     }
 
@@ -228,26 +228,35 @@ impl<R: Serialize + DeserializeOwned + Clone + Send + Sync> TrialStore<R> {
 
     /// The file as a whole.
     fn write(&self, text: &str) -> Result<()> {
-        write_atomically(&self.path, text.as_bytes()).map_err(EvidenceError::Write)
+        write_atomically(&self.path, text.as_bytes()).map_err(unwritten)
     }
 
-    fn unwritable(&self, source: std::io::Error) -> EvidenceError {
-        EvidenceError::Append { path: self.path.clone(), source }
+    /// That no run can be added to the file.
+    fn unwritable(&self, source: std::io::Error) -> Report {
+        cannot("write", &self.path, source)
     }
 
-    fn otherwise(&self, kept: &str, again: &str) -> EvidenceError {
+    /// That a kept run comes out otherwise, with what stands about the first difference.
+    fn otherwise(&self, kept: &str, again: &str) -> Report {
         let differ = kept.bytes().zip(again.bytes()).take_while(|(a, b)| a == b).count();
         let excerpt = |text: &str| {
             let from = differ.saturating_sub(60);
             String::from_utf8_lossy(&text.as_bytes()[from..text.len().min(differ + 40)])
                 .into_owned()
         };
-        EvidenceError::Differs {
-            path: self.path.clone(),
-            kept: excerpt(kept),
-            again: excerpt(again),
-        }
+        miette!(
+            help = "Another version of a law of one's own made these runs, or another compiler, or they were changed: give another --evidence folder.",
+            "{}: a kept run comes out otherwise when it is run again: kept …{}…, now …{}…",
+            self.path.display(),
+            excerpt(kept),
+            excerpt(again)
+        )
     }
+}
+
+/// That a thread came to no end.
+fn stopped() -> Report {
+    miette!("a thread stopped")
 }
 
 /// A file that grows by lines, each with a digest of itself and all before it.
@@ -300,14 +309,19 @@ fn read<R: DeserializeOwned>(
     if first != header.as_bytes() {
         let found = serde_json::from_slice::<EvidenceHeader>(first);
         if let Some(found) = found.ok().filter(|found| found.inputs == basis.inputs) {
-            let this = basis.sources.to_owned();
-            return Err(EvidenceError::OtherBuild {
-                path: path.to_owned(),
-                made: found.sources,
-                this,
-            });
+            return Err(miette!(
+                help = "Build the program from those sources again, or give another --evidence folder.",
+                "{} holds runs of another build, of the sources {}; this program is built from {}",
+                path.display(),
+                found.sources,
+                basis.sources
+            ));
         }
-        return Err(EvidenceError::OtherInputs { path: path.to_owned() });
+        return Err(miette!(
+            help = "Give another --evidence folder, or remove this one.",
+            "{} holds runs of something else; expected none, or some of the same files and options",
+            path.display()
+        ));
     }
     let mut last = sha256(header.as_bytes());
     let mut kept = Vec::new();
@@ -324,7 +338,12 @@ fn read<R: DeserializeOwned>(
                 .then(|| (KeptRun { run: read, text: run.to_owned(), repeated: false }, digest))
         });
         let Some((run, digest)) = found else {
-            return Err(EvidenceError::ChangedLine { path: path.to_owned(), line: i + 2 });
+            return Err(miette!(
+                help = "Keep the lines before it, or give another --evidence folder: what is missing is run again.",
+                "{}, line {}: not as it was written; expected a run and the digest of it and the lines before",
+                path.display(),
+                i + 2
+            ));
         };
         kept.push(run);
         last = digest;
