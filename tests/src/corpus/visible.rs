@@ -7,13 +7,16 @@
 use super::{CorpusError, Ready, plausible, ready};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use trueweld_diagnose::rules;
 use trueweld_estimate::fit::calibration::{calibrations, is_calibration};
 use trueweld_estimate::fit::{self, FitState, Linear, Residuals, Slopes};
 use trueweld_estimate::predict::{Compared, Prediction, PreparedLog};
 use trueweld_laboratory::{OutOfLibrary, Recipe};
 use trueweld_plant::effects::{Effect, Location};
+
+/// Share of its sum of squares by which a channel must grow to show something alone.
+const VISIBLE: f64 = 0.08;
 
 /// How well something shows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -23,6 +26,9 @@ pub struct Visibility {
     /// Root of the evidence it adds, over that at which a diagnosis begins to believe in an effect
     /// ([`rules::GAIN`]): 1 is the limit of detection.
     pub ratio: f64,
+    /// The most that the sum of squares of any channel of any log grows by, over 8 %: below 1 no channel
+    /// alone shows it.
+    pub excess: f64,
 }
 
 /// A campaign without what is hidden, and what calibrations can do to it.
@@ -52,8 +58,7 @@ impl Context {
     /// # Errors
     /// [`CorpusError`].
     pub fn new(recipe: &Recipe) -> Result<Self, CorpusError> {
-        let recipe = recipe.clone();
-        let without = ready(&recipe)?;
+        let without = ready(recipe)?;
         let point = calibrations(&without.problem);
         let at = fit::residuals(&without.problem, &FitState::empty(without.problem.logs.len()))?;
         let mut slopes = fit::slopes(&without.problem, &point, &point.free, &at, STEP);
@@ -65,7 +70,7 @@ impl Context {
             slope.iter_mut().for_each(|values| weigh(values, weights));
         }
         let blocks = fit::blocks_of(&without.problem);
-        Ok(Self { blocks, recipe, without, at, point, slopes, weights })
+        Ok(Self { blocks, recipe: recipe.clone(), without, at, point, slopes, weights })
     }
 
     /// How well what a recipe has more than this campaign shows. `own`: a calibration that is
@@ -107,7 +112,29 @@ impl Context {
         let away = DVector::zeros(free.len());
         let linear = Linear::new(&self.blocks, &difference, &slopes, prior, away.clone());
         let step = linear.solve(None, 0.0, None).map_or(away, |s| s.step);
-        Ok(Visibility { size: 1.0, ratio: (linear.cost(&step) / rules::GAIN).sqrt() })
+        for (k, slopes) in slopes.iter().enumerate() {
+            for (log, slope) in slopes.iter().enumerate() {
+                let Some(slope) = slope else { continue };
+                difference[log].residual.iter_mut().zip(slope).for_each(|(d, s)| *d += s * step[k]);
+            }
+        }
+        Ok(Visibility {
+            size: 1.0,
+            ratio: (linear.cost(&step) / rules::GAIN).sqrt(),
+            excess: self.most(&difference) / VISIBLE,
+        })
+    }
+
+    /// The largest mean square of any channel of any log.
+    fn most(&self, difference: &Residuals) -> f64 {
+        let mut parts: BTreeMap<(usize, &str), (f64, f64)> = BTreeMap::new();
+        for (log, own) in self.without.problem.logs.iter().enumerate() {
+            for (c, d) in own.compared.iter().zip(&difference[log].residual) {
+                let part = parts.entry((log, c.quantity.channel())).or_default();
+                *part = (part.0 + d * d, part.1 + 1.0);
+            }
+        }
+        parts.values().map(|(square, count)| square / count).fold(0.0, f64::max)
     }
 
     /// The effect at the size at which it shows as well as `target` says, as far as its values stay
@@ -141,7 +168,7 @@ impl Context {
     /// `seen` gives nothing for a size that is too large to be plausible or for the campaign to
     /// come to an end.
     fn size(&self, target: f64, seen: impl Fn(f64) -> Option<Visibility>) -> Visibility {
-        let mut best = Visibility { size: 0.0, ratio: 0.0 };
+        let mut best = Visibility { size: 0.0, ratio: 0.0, excess: 0.0 };
         let away = |s: &Visibility| (s.ratio.max(1e-9) / target).ln().abs();
         let (mut size, mut too_large) = (1.0, f64::INFINITY);
         for _ in 0..TRIES {
