@@ -6,6 +6,7 @@
 use super::curve::{Curve, CurveAxis, TWIST_BEYOND_SPRING};
 use super::kind::{Action, EffectKind};
 use super::location::LocationKind;
+use super::memory::Loop;
 use super::parameter::{Parameter, Role};
 use crate::robot::{JointState, Port, Term};
 
@@ -44,14 +45,21 @@ struct Hysteresis {
     twist: f64,
 }
 
+/// The rate of the twist δ.
+fn twist_of(at: &JointState) -> f64 {
+    at.encoder_rate - at.link_rate
+}
+
 impl Term for Hysteresis {
     fn spring_torque(&self, at: &JointState) -> f64 {
         self.torque * at.remembered
     }
 
-    /// dz/dt = δ̇ (1 − z sgn δ̇)/δh.
     fn internal_rate(&self, at: &JointState) -> Option<f64> {
-        let rate = at.encoder_rate - at.link_rate;
-        Some((rate - at.remembered * rate.abs()) / self.twist)
+        Some(Loop::Dahl.rate(twist_of(at), self.twist, at.remembered))
+    }
+
+    fn remembered_after(&self, way: &JointState) -> f64 {
+        Loop::Dahl.after(twist_of(way), self.twist, way.remembered)
     }
 }

@@ -189,13 +189,15 @@ impl ElasticRobot {
     /// What terms at the springs that remember add to the stiffness of each joint for motions far
     /// smaller than their loops, N·m/rad: in the middle of its loop, on the way forth.
     pub fn remembered_stiffness(&self) -> JointVector<f64> {
+        /// A rate that takes every loop round slowly enough for its memory to follow, rad/s.
+        const SLOW: f64 = 1e-6;
         let still = JointVector::zeros();
         let drives = Drives { link: still, link_rate: still, motor: still, motor_rate: still };
         JointVector::from_fn(|i, _| {
-            let forth = JointState { encoder_rate: 1.0, ..self.joint_point(&drives, i) };
+            let forth = JointState { encoder_rate: SLOW, ..self.joint_point(&drives, i) };
             let of = |term: &dyn Term| {
                 let torque = |remembered| term.spring_torque(&JointState { remembered, ..forth });
-                (torque(1.0) - torque(0.0)) * term.internal_rate(&forth).unwrap_or(0.0)
+                (torque(1.0) - torque(0.0)) * term.internal_rate(&forth).unwrap_or(0.0) / SLOW
             };
             let remembering = self.ports.spring[i].iter().filter(|(_, slot)| slot.is_some());
             remembering.map(|(term, _)| of(term.as_ref())).sum()

@@ -212,15 +212,9 @@ pub trait Term: std::fmt::Debug + Send + Sync {
     }
 
     /// The same ports: the term's own state after the joint has gone an even way to `way`, however
-    /// slowly: the rates are the way's lengths, rad, and `remembered` the state at its start. Where
-    /// the rate is straight in the state, dz/ds = a − b z, the default is exact.
+    /// slowly: the rates are the way's lengths, rad, and `remembered` the state at its start.
     fn remembered_after(&self, way: &JointState) -> f64 {
-        let rate =
-            |remembered| self.internal_rate(&JointState { remembered, ..*way }).unwrap_or_default();
-        let z = way.remembered;
-        let a = rate(0.0);
-        let b = a - rate(1.0);
-        if b.abs() < 1e-9 { z + (a - b * z) } else { a / b + (z - a / b) * (-b).exp() }
+        way.remembered
     }
 
     /// Motor friction: extra torque against the motor, N·m, with its slope by θ̇_E, N·m·s/rad.
