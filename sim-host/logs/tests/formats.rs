@@ -364,10 +364,13 @@ fn records() -> Case {
 }
 
 fn npz() -> Case {
+    npz_packed(zip::CompressionMethod::Deflated)
+}
+
+fn npz_packed(by: zip::CompressionMethod) -> Case {
     use std::io::Write as _;
     let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
-    let packed = zip::write::SimpleFileOptions::default()
-        .compression_method(zip::CompressionMethod::Deflated);
+    let packed = zip::write::SimpleFileOptions::default().compression_method(by);
     let vector =
         |place: usize| npy_of("'<f8'", &format!("({ROWS},)"), (0..ROWS).map(|k| row(k)[place]));
     let angles =
@@ -505,6 +508,132 @@ fn every_format_is_recognised() {
             let encoders = mapped.iter().filter(|line| line.contains("channel = \"qe"));
             assert_eq!(encoders.count(), 6, "{}: {mapped:?}", case.name);
         }
+    }
+}
+
+/// What a case says with one file of it changed.
+fn read_with(case: &Case, change: impl Fn(&mut Vec<u8>)) -> Result<Log, String> {
+    let path = case.folder.path().join(case.files[0]);
+    let mut bytes = fs::read(&path).expect("a file");
+    change(&mut bytes);
+    fs::write(&path, bytes).expect("a file");
+    Log::read(case.folder.path()).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_bit_that_a_checksum_tells_is_wrong_is_no_number() {
+    let cases = [
+        npz_packed(zip::CompressionMethod::Stored),
+        #[cfg(feature = "mcap")]
+        mcap(),
+    ];
+    for case in cases {
+        let torque = row(5)[7].to_le_bytes();
+        let read = read_with(&case, |bytes| {
+            let at = bytes.windows(8).position(|w| w == torque).expect("a torque");
+            bytes[at] ^= 1;
+        });
+        let error = read.expect_err(case.name).to_lowercase();
+        assert!(error.contains("checksum"), "{}: {error}", case.name);
+    }
+}
+
+#[test]
+fn a_file_of_two_arrays_is_none_of_one() {
+    let error = read_with(&npy(), |bytes| bytes.extend(bytes.clone())).expect_err("two arrays");
+    assert!(error.contains("goes on behind its numbers"), "{error}");
+}
+
+#[test]
+fn times_are_in_seconds_whatever_their_unit_or_refused() {
+    let of = |unit: &str| {
+        let stamps = (0..ROWS).map(|k| f64::from_bits(4 * k as u64));
+        let time = npy_of(&format!("'<M8[{unit}]'"), &format!("({ROWS},)"), stamps);
+        let case = npz();
+        read_with(&case, |bytes| {
+            use std::io::{Cursor, Write as _};
+            let mut old = zip::ZipArchive::new(Cursor::new(bytes.clone())).expect("an archive");
+            let mut new = zip::ZipWriter::new(Cursor::new(Vec::new()));
+            let options = zip::write::SimpleFileOptions::default();
+            new.start_file("t.npy", options).expect("a file");
+            new.write_all(&time).expect("a file");
+            for name in ["q.npy", "tau2.npy"] {
+                new.raw_copy_file(old.by_name(name).expect("a file")).expect("a file");
+            }
+            *bytes = new.finish().expect("an archive").into_inner();
+        })
+    };
+    for (unit, factor) in [("ms", 1e-3), ("10us", 1e-5), ("ns", 1e-9), ("m", 60.0)] {
+        let time = of(unit).map(|log| log.samples.time);
+        // Rows that are a minute apart are refused as such, not read as others.
+        match time {
+            Ok(time) => assert!((time[1] - time[0] - 4.0 * factor).abs() < 1e-12, "{unit}"),
+            Err(error) => assert!(!error.contains("not known"), "{unit}: {error}"),
+        }
+    }
+    for unit in ["Y", "M", "generic"] {
+        assert!(of(unit).expect_err(unit).contains("not known"));
+    }
+}
+
+#[test]
+fn a_dot_beside_decimal_commas_parts_thousands_and_is_refused() {
+    let read = read_with(&german(), |bytes| {
+        let text = String::from_utf8(bytes.clone()).expect("text").replace("-2,6", "-2.600");
+        *bytes = text.into_bytes();
+    });
+    assert!(read.expect_err("a dot").contains("-2.600"));
+}
+
+#[test]
+fn gains_beside_an_array_do_not_turn_it_over() {
+    use std::io::{Cursor, Write as _};
+    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let angles =
+        npy_of("'<f8'", &format!("({ROWS}, 6)"), (0..ROWS).flat_map(|k| row(k)[1..7].to_vec()));
+    for (name, bytes) in [("q.npy", angles), ("kp.npy", npy_of("'<f8'", "(6,)", [1.0; 6]))] {
+        archive.start_file(name, zip::write::SimpleFileOptions::default()).expect("a file");
+        archive.write_all(&bytes).expect("a file");
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.npz");
+    fs::write(&path, archive.finish().expect("an archive").into_inner()).expect("a file");
+    let found = propose(&[path], None, Stated::default()).expect("a proposal");
+    let angles = found.files.iter().find(|f| f.rows == ROWS).expect("a table of all rows");
+    assert_eq!(angles.topic.as_deref(), Some("12 rows"));
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn a_value_that_its_group_has_not_is_missing_in_its_own_row() {
+    use parquet::data_type::DoubleType;
+    use parquet::file::properties::WriterProperties;
+    use parquet::file::writer::SerializedFileWriter;
+    use parquet::schema::parser::parse_message_type;
+    use std::sync::Arc;
+    let fields: String = (0..8).map(|k| format!("OPTIONAL DOUBLE c{k}; ")).collect();
+    let text = format!("message log {{ OPTIONAL group s {{ {fields} }} }}");
+    let schema = Arc::new(parse_message_type(&text).expect("a schema"));
+    let properties = Arc::new(WriterProperties::builder().build());
+    let mut bytes = Vec::new();
+    let mut writer = SerializedFileWriter::new(&mut bytes, schema, properties).expect("a writer");
+    let mut group = writer.next_row_group().expect("a group");
+    for k in 0..8 {
+        let mut column = group.next_column().expect("a column").expect("a column");
+        // One torque is missing in a group that is there.
+        let is_there = |r: &usize| k != 7 || *r != 4;
+        let levels: Vec<i16> = (0..ROWS).map(|r| if is_there(&r) { 2 } else { 1 }).collect();
+        let values: Vec<f64> = (0..ROWS).filter(is_there).map(|r| row(r)[k]).collect();
+        column.typed::<DoubleType>().write_batch(&values, Some(&levels), None).expect("values");
+        column.close().expect("a column");
+    }
+    group.close().expect("a group");
+    writer.close().expect("a file");
+    let toml = log_toml("a.parquet", "", |k| format!("s.c{k}"));
+    let log = Log::read(case("nested", toml, vec![("a.parquet", bytes)]).folder.path());
+    let torque = log.expect("a log").samples.motor_torque[1].clone().expect("a torque");
+    for (r, torque) in torque.iter().enumerate() {
+        assert!(if r == 4 { torque.is_nan() } else { (torque - row(r)[7]).abs() < 1e-12 }, "{r}");
     }
 }
 

@@ -4,7 +4,7 @@
 //! | array | columns |
 //! |---|---|
 //! | N, N × 1 or 1 × N | `NAME` |
-//! | N × k, or k × N beside vectors of N | `NAME[0]` …, or `NAME(1)` … as the program counts |
+//! | N × k, or k × N with k < N that stands beside no vector of k alone | `NAME[0]` …, or `NAME(1)` … as the program counts |
 //! | a single number | `NAME`, the same in every row |
 //! | without numbers, or of more than two dimensions | `NAME`, without a value |
 
@@ -95,18 +95,16 @@ fn tables(arrays: &[NamedArray], index: ColumnIndex) -> Vec<ArrayTable> {
             others.push(array);
             continue;
         };
-        // The rows are as many as a vector beside them has numbers.
-        let transposed = match [rows, columns].map(|n| lengths.contains(&n)) {
-            [true, _] => false,
-            [false, true] => true,
-            [false, false] => columns > rows,
-        };
+        // There are more rows than columns, but where a vector beside them says otherwise: six gains
+        // beside the angles of six joints are no six rows.
+        let transposed = columns > rows && (lengths.contains(&columns) || !lengths.contains(&rows));
         let (count, width) = if transposed { (columns, rows) } else { (rows, columns) };
         let place = tables.iter().position(|table| table.rows == count).unwrap_or_else(|| {
             tables.push(ArrayTable { rows: count, names: Vec::new(), columns: Vec::new() });
             tables.len() - 1
         });
-        for k in 0..width {
+        // Too wide a table is refused by its names: one more tells.
+        for k in 0..width.min(MOST_COLUMNS + 1) {
             let named = width == 1 && !array.name.is_empty();
             let name = if named { array.name.clone() } else { index.name(&array.name, k) };
             tables[place].push(name, array.column(k, transposed));

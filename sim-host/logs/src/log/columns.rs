@@ -6,7 +6,9 @@ use super::rows::RowSource;
 use super::units::{Dimension, names_of, unit_named};
 use crate::channel::{COUNT, LOG_CHANNELS, LogChannel, column_name};
 use crate::kind::LogKind;
-use trueweld_plant::input::{Bounds, InputError, TomlTable, did_you_mean, nearest, unit_of};
+use trueweld_plant::input::{
+    Bounds, InputError, TomlTable, did_you_mean, nearest, toml_string, unit_of,
+};
 
 /// Other forms in which a pose is recorded: name, dimension, largest magnitude.
 const POSE_FORMS: [(&str, Dimension, f64); 25] = [
@@ -127,8 +129,8 @@ impl ColumnMapping {
     /// The line of `[columns]` that says it.
     pub fn line(&self) -> String {
         let mut line = format!(
-            "{:?} = {{ channel = \"{}\", unit = \"{}\"",
-            self.header,
+            "{} = {{ channel = \"{}\", unit = \"{}\"",
+            toml_string(&self.header),
             self.channel(),
             self.unit
         );
@@ -247,6 +249,8 @@ pub(super) struct Bound {
     /// A column, one that is added to it, and how many times.
     pub sums: Vec<(usize, usize, f64)>,
     pub others: Vec<(usize, String)>,
+    /// Headers of the entries of `[columns]` that say what a column is.
+    pub used: Vec<String>,
 }
 
 impl Bound {
@@ -259,7 +263,7 @@ impl Bound {
     ) -> Result<Self, InputError> {
         let names = rows.names();
         let (mut bindings, mut others) = (Vec::<Binding>::new(), Vec::new());
-        let mut summed: Vec<&ColumnMapping> = Vec::new();
+        let (mut summed, mut used) = (Vec::<&ColumnMapping>::new(), Vec::new());
         for (field, name) in names.iter().enumerate() {
             let numbered = (field + 1).to_string();
             let meant = |header: &str| {
@@ -302,6 +306,7 @@ impl Bound {
                 }
                 Some((column, scale, shift)) => {
                     bindings.push(Binding { column, field, scale, shift });
+                    used.extend(entry.map(|entry| entry.header.clone()));
                     summed.extend(entry.filter(|entry| !entry.plus.is_empty()));
                 }
                 None => others.push((field, name.clone())),
@@ -317,7 +322,7 @@ impl Bound {
             }
         }
         let sums = sums(rows, &bindings, &summed)?;
-        Ok(Self { bindings, sums, others })
+        Ok(Self { bindings, sums, others, used })
     }
 }
 

@@ -1,7 +1,7 @@
 //! Which files a log's samples stand in, and how `log.toml` says that they are to be read: `files`,
 //! `[clock]`, `[columns]` and `[reflectors]`.
 
-use super::columns::{ColumnMapping, REFLECTOR_COUNT};
+use super::columns::{Bound, ColumnMapping, REFLECTOR_COUNT};
 use super::text::{Dialect, SEPARATORS};
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
@@ -88,12 +88,13 @@ impl ReadingPlan {
         })
     }
 
-    /// Checks that every entry of `[columns]` was found in some file. `names`: the columns of
-    /// every file.
+    /// Checks that every entry of `[columns]` was found in some file, and is the only one of its
+    /// column. `names`: the columns of every file; `bounds`: what is read of them.
     pub(crate) fn all_found(
         &self,
         root: &TomlTable<'_>,
         names: &[&[String]],
+        bounds: &[Bound],
     ) -> Result<(), InputError> {
         for entry in &self.columns {
             if !self.files.iter().zip(names).any(|(file, names)| file.has(&entry.header, names)) {
@@ -104,6 +105,12 @@ impl ReadingPlan {
                 let expected = format!("the header or the number of a column of the files{near}");
                 let help = format!("The files begin with the columns {}.", some.join(", "));
                 return Err(table.wrong_key(&entry.header, &expected, help));
+            }
+            if !bounds.iter().any(|bound| bound.used.contains(&entry.header)) {
+                let table = root.table("columns")?;
+                let help = "A column may be named by its header or its number, and by its file before a colon.";
+                let expected = "one entry for each column: another one names the same";
+                return Err(table.wrong_key(&entry.header, expected, help.to_owned()));
             }
         }
         Ok(())

@@ -149,6 +149,10 @@ fn unpack(header: &ChunkHeader, data: &[u8]) -> io::Result<Vec<u8>> {
         let sizes = format!("{} bytes of {}", records.len(), header.uncompressed_size);
         return Err(io::Error::other(sizes));
     }
+    // 0: the writer stated none.
+    if ![0, crc32fast::hash(&records)].contains(&header.uncompressed_crc) {
+        return Err(io::Error::other("its bytes are not those of its checksum"));
+    }
     Ok(records)
 }
 

@@ -244,7 +244,7 @@ impl Log {
             .map(|(rows, entry)| Bound::new(rows.as_ref(), &entry.written, &plan.columns))
             .collect::<Result<Vec<_>, _>>()?;
         let names: Vec<&[String]> = opened.iter().map(|rows| rows.names()).collect();
-        plan.all_found(&root, &names)?;
+        plan.all_found(&root, &names, &bounds)?;
         once(&opened, &bounds)?;
         let leads = leader(&bounds);
         let mut header = LogHeader::of(&bounds);

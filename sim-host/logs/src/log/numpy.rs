@@ -69,11 +69,15 @@ fn read_npz(path: &Path) -> Result<Vec<NamedArray>, InputError> {
     if !members.iter().any(|member| member.ends_with(".npy")) {
         return Err(other_archive(&name, &members));
     }
-    let mut arrays = Vec::new();
+    let mut arrays: Vec<NamedArray> = Vec::new();
     for place in 0..archive.len() {
-        arrays.extend(
-            member(&mut archive, place).map_err(|message| damaged(&name, message, NUMPY_HELP))?,
-        );
+        let more = member(&mut archive, place);
+        arrays.extend(more.map_err(|message| damaged(&name, message, NUMPY_HELP))?);
+        let held: usize = arrays.iter().map(|array| size_of_val(&array.values[..])).sum();
+        if held as u64 > ARRAY_BYTES_MAX {
+            let message = format!("its arrays take more than {ARRAY_BYTES_MAX} bytes together");
+            return Err(damaged(&name, message, NUMPY_HELP));
+        }
     }
     Ok(arrays)
 }
@@ -142,17 +146,25 @@ fn array(name: String, mut input: impl Read) -> Result<Vec<NamedArray>, String> 
     if record == 0 {
         return Err("its header states no numbers".to_owned());
     }
+    // Every number takes eight bytes as it is held.
+    let held = record.max(fields.iter().map(|field| field.width * size_of::<f64>()).sum());
     let count = shape.iter().try_fold(1usize, |all, n| all.checked_mul(*n));
-    let bytes = count.and_then(|count| count.checked_mul(record)).map(|bytes| bytes as u64);
-    let Some(bytes) = bytes.filter(|bytes| *bytes <= ARRAY_BYTES_MAX) else {
+    let most = count.and_then(|count| count.checked_mul(held)).map(|bytes| bytes as u64);
+    let Some(bytes) =
+        most.filter(|bytes| *bytes <= ARRAY_BYTES_MAX).and_then(|_| Some((count? * record) as u64))
+    else {
         return Err(format!("it is larger than {ARRAY_BYTES_MAX} bytes"));
     };
     let mut data = Vec::new();
+    let cannot = |error| format!("cannot be read: {error}");
     // Grows with what is there, not with what the header says.
-    let read = input.take(bytes).read_to_end(&mut data);
-    read.map_err(|error| format!("cannot be read: {error}"))?;
+    input.by_ref().take(bytes).read_to_end(&mut data).map_err(cannot)?;
     if data.len() as u64 != bytes {
         return Err(format!("it has {} bytes of numbers; its header says {bytes}", data.len()));
+    }
+    // At its end an archive compares what was read with its checksum.
+    if input.read(&mut [0]).map_err(cannot)? > 0 {
+        return Err("it goes on behind its numbers; expected one array a file".to_owned());
     }
     let mut arrays = Vec::with_capacity(fields.len());
     let mut at = 0;
@@ -177,20 +189,37 @@ fn array(name: String, mut input: impl Read) -> Result<Vec<NamedArray>, String> 
     Ok(arrays)
 }
 
+/// A unit of NumPy's times, s, as `ns` or `10ms`; `None` of months and years, which have no length.
+fn unit_of_time(name: &str) -> Option<f64> {
+    let unit = name.trim_start_matches(|c: char| c.is_ascii_digit());
+    let count = &name[..name.len() - unit.len()];
+    let count: f64 = if count.is_empty() { 1.0 } else { count.parse().ok()? };
+    let one = match unit {
+        "W" => 604_800.0,
+        "D" => 86_400.0,
+        "h" => 3600.0,
+        "m" => 60.0,
+        "s" => 1.0,
+        "ms" => 1e-3,
+        "us" => 1e-6,
+        "ns" => 1e-9,
+        "ps" => 1e-12,
+        "fs" => 1e-15,
+        "as" => 1e-18,
+        _ => return None,
+    };
+    Some(count * one)
+}
+
 impl NumberType {
-    /// By its name, as `<f8`.
+    /// By its name, as `<f8`; `None` where it is no type, or a time without a length.
     fn named(name: &str) -> Option<Self> {
         let big = name.starts_with('>');
         let rest = name.trim_start_matches(['<', '>', '|', '=']);
         let (kind, size) = (rest.chars().next()?, rest.get(1..)?);
         let (size, unit) = size.split_once('[').unwrap_or((size, ""));
         let bytes: usize = size.parse().ok()?;
-        let factor = match unit.trim_end_matches(']') {
-            "ms" => 1e-3,
-            "us" => 1e-6,
-            "ns" => 1e-9,
-            _ => 1.0,
-        };
+        let factor = if kind == 'M' { unit_of_time(unit.trim_end_matches(']'))? } else { 1.0 };
         // Text is in four bytes a letter.
         let bytes = bytes.checked_mul(if kind == 'U' { 4 } else { 1 })?;
         (bytes <= NPY_VALUE_BYTES_MAX).then_some(())?;

@@ -2,13 +2,13 @@
 //!
 //! Row groups are read one after the other, each some thousand rows at a time: what is packed in a
 //! few bytes may be long. Times are in seconds where the file says that a column
-//! is one. Left out: nested columns, and compression other than Snappy.
+//! is one. Left out: lists, and compression other than Snappy.
 
 use super::blocks::{BlockRows, Blocks, damaged};
 use super::files::FileEntry;
 use super::format::FormatReader;
 use super::rows::{MOST_COLUMNS, ROW_FILE_BYTES_MAX, RowSource};
-use parquet::basic::{LogicalType, TimeUnit, Type};
+use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, Int96};
 use parquet::errors::ParquetError;
@@ -28,10 +28,14 @@ const PARQUET_BLOCK_NUMBERS: usize = 1 << 20;
 const PARQUET_HELP: &str = "Write it anew, with Snappy or no compression and numbers in its columns: df.to_parquet(\"log.parquet\").";
 
 /// A column that holds numbers.
+#[derive(Debug, Clone, Copy)]
 struct NumberColumn {
     index: usize,
     /// Of the file's number in the value that is read.
     factor: f64,
+    unsigned: bool,
+    /// The level at which there is a value: below it the column, or what it stands in, lacks one.
+    whole: i16,
 }
 
 struct Groups {
@@ -61,7 +65,8 @@ fn open_parquet(entry: &FileEntry) -> Result<Box<dyn RowSource>, InputError> {
     let (mut columns, mut names) = (Vec::new(), Vec::new());
     for (index, column) in schema.columns().iter().enumerate() {
         if let Some(factor) = numbers(column) {
-            columns.push(NumberColumn { index, factor });
+            let (unsigned, whole) = (is_unsigned(column), column.max_def_level());
+            columns.push(NumberColumn { index, factor, unsigned, whole });
             names.push(column.path().string());
         }
     }
@@ -80,17 +85,38 @@ fn numbers(column: &ColumnDescriptor) -> Option<f64> {
     }
     match column.physical_type() {
         Type::BYTE_ARRAY | Type::FIXED_LEN_BYTE_ARRAY => None,
-        Type::INT64 | Type::INT32 => Some(match column.logical_type_ref() {
-            Some(LogicalType::Timestamp(time) | LogicalType::Time(time)) => match time.unit {
-                TimeUnit::MILLIS => 1e-3,
-                TimeUnit::MICROS => 1e-6,
-                TimeUnit::NANOS => 1e-9,
-            },
-            Some(LogicalType::Decimal(decimal)) => 10f64.powi(-decimal.scale),
-            _ => 1.0,
-        }),
+        // Older writers state the converted type alone.
+        Type::INT64 | Type::INT32 => {
+            Some(match (column.logical_type_ref(), column.converted_type()) {
+                (Some(LogicalType::Timestamp(time) | LogicalType::Time(time)), _) => {
+                    match time.unit {
+                        TimeUnit::MILLIS => 1e-3,
+                        TimeUnit::MICROS => 1e-6,
+                        TimeUnit::NANOS => 1e-9,
+                    }
+                }
+                (_, ConvertedType::TIMESTAMP_MILLIS | ConvertedType::TIME_MILLIS) => 1e-3,
+                (_, ConvertedType::TIMESTAMP_MICROS | ConvertedType::TIME_MICROS) => 1e-6,
+                (Some(LogicalType::Decimal(decimal)), _) => 10f64.powi(-decimal.scale),
+                (_, ConvertedType::DECIMAL) => 10f64.powi(-column.type_scale()),
+                _ => 1.0,
+            })
+        }
         _ => Some(1.0),
     }
+}
+
+fn is_unsigned(column: &ColumnDescriptor) -> bool {
+    let by_logical =
+        matches!(column.logical_type_ref(), Some(LogicalType::Integer(int)) if !int.is_signed);
+    let by_converted = matches!(
+        column.converted_type(),
+        ConvertedType::UINT_8
+            | ConvertedType::UINT_16
+            | ConvertedType::UINT_32
+            | ConvertedType::UINT_64
+    );
+    by_logical || by_converted
 }
 
 impl Groups {
@@ -140,14 +166,20 @@ impl Blocks for Groups {
         let (mut block, mut ends) = (Vec::with_capacity(open.len()), true);
         for (reader, column) in open.iter_mut().zip(&self.columns) {
             let values = caught(|| match reader {
-                ColumnReader::BoolColumnReader(r) => read(r, rows, f64::from),
-                ColumnReader::Int32ColumnReader(r) => read(r, rows, f64::from),
-                ColumnReader::Int64ColumnReader(r) => read(r, rows, |v: i64| v as f64),
+                ColumnReader::BoolColumnReader(r) => column.read(r, rows, f64::from),
+                ColumnReader::Int32ColumnReader(r) => match column.unsigned {
+                    true => column.read(r, rows, |v: i32| f64::from(v.cast_unsigned())),
+                    false => column.read(r, rows, f64::from),
+                },
+                ColumnReader::Int64ColumnReader(r) => match column.unsigned {
+                    true => column.read(r, rows, |v: i64| v.cast_unsigned() as f64),
+                    false => column.read(r, rows, |v: i64| v as f64),
+                },
                 ColumnReader::Int96ColumnReader(r) => {
-                    read(r, rows, |v: Int96| v.to_nanos() as f64 * 1e-9)
+                    column.read(r, rows, |v: Int96| v.to_nanos() as f64 * 1e-9)
                 }
-                ColumnReader::FloatColumnReader(r) => read(r, rows, f64::from),
-                ColumnReader::DoubleColumnReader(r) => read(r, rows, |v: f64| v),
+                ColumnReader::FloatColumnReader(r) => column.read(r, rows, f64::from),
+                ColumnReader::DoubleColumnReader(r) => column.read(r, rows, |v: f64| v),
                 _ => Ok(Vec::new()),
             });
             let mut values = values.map_err(|e| self.failed(&e))?;
@@ -174,34 +206,36 @@ fn caught<T>(work: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, Parque
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(damaged)
 }
 
-/// The next values of a column in a group, at most so many; NaN where one is missing.
-fn read<T: DataType>(
-    reader: &mut ColumnReaderImpl<T>,
-    rows: usize,
-    number: impl Fn(T::T) -> f64,
-) -> Result<Vec<f64>, ParquetError> {
-    let mut out: Vec<f64> = Vec::new();
-    let (mut levels, mut values) = (Vec::new(), Vec::new());
-    while out.len() < rows {
-        levels.clear();
-        values.clear();
-        let most = rows - out.len();
-        let (records, _, count) =
-            reader.read_records(most, Some(&mut levels), None, &mut values)?;
-        if records == 0 && count == 0 {
-            break;
+impl NumberColumn {
+    /// The next values in a group, at most so many; NaN where one is missing.
+    fn read<T: DataType>(
+        &self,
+        reader: &mut ColumnReaderImpl<T>,
+        rows: usize,
+        number: impl Fn(T::T) -> f64,
+    ) -> Result<Vec<f64>, ParquetError> {
+        let mut out: Vec<f64> = Vec::new();
+        let (mut levels, mut values) = (Vec::new(), Vec::new());
+        while out.len() < rows {
+            levels.clear();
+            values.clear();
+            let most = rows - out.len();
+            let (records, _, count) =
+                reader.read_records(most, Some(&mut levels), None, &mut values)?;
+            if records == 0 && count == 0 {
+                break;
+            }
+            if levels.is_empty() {
+                out.extend(values.drain(..).map(&number));
+                continue;
+            }
+            let mut found = values.drain(..);
+            let of = |level: &i16| match *level == self.whole {
+                true => found.next().map_or(f64::NAN, &number),
+                false => f64::NAN,
+            };
+            out.extend(levels.iter().map(of));
         }
-        if levels.is_empty() {
-            out.extend(values.drain(..).map(&number));
-            continue;
-        }
-        // A value stands where the level is the highest: a column that may lack values has 0 and 1.
-        let mut found = values.drain(..);
-        let of = |level: &i16| match *level {
-            0 => f64::NAN,
-            _ => found.next().map_or(f64::NAN, &number),
-        };
-        out.extend(levels.iter().map(of));
+        Ok(out)
     }
-    Ok(out)
 }

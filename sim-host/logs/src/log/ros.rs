@@ -229,15 +229,23 @@ pub(super) fn open_topic<R: RosRecording + 'static>(
         };
     };
     let mut rows = TopicRows { recording, topic, names: Vec::new(), pending: VecDeque::new() };
-    rows.fill()?;
-    let Some(first) = rows.pending.front() else {
+    rows.fill(NAMING_MESSAGES)?;
+    if rows.pending.is_empty() {
         let message = format!("has no message of the topic {:?}; expected some", rows.topic);
         let list = topics(open()?)?.join(", ");
         return Err(damaged(&name, message, &format!("Topics that can be read: {list}.")));
-    };
-    rows.names = first.iter().map(|(name, _)| name.clone()).collect();
+    }
+    for (name, _) in rows.pending.iter().flatten() {
+        if !rows.names.contains(name) {
+            rows.names.push(name.clone());
+        }
+    }
     Ok(Box::new(BlockRows::new(name, rows.names.clone(), rows)))
 }
+
+/// Messages by which the columns of a topic are named: an arm and its gripper may share one, and take
+/// turns.
+const NAMING_MESSAGES: usize = 100;
 
 /// The messages of one topic.
 struct TopicRows<R> {
@@ -248,11 +256,11 @@ struct TopicRows<R> {
 }
 
 impl<R: RosRecording> TopicRows<R> {
-    /// Reads on until a message is pending, or the recording ends.
-    fn fill(&mut self) -> Result<(), InputError> {
+    /// Reads on until so many messages are pending, or the recording ends.
+    fn fill(&mut self, messages: usize) -> Result<(), InputError> {
         // A frame stands behind its topic, whose name has no blank.
         let whole = self.topic.split(' ').next().unwrap_or_default().to_owned();
-        while self.pending.is_empty() {
+        while self.pending.len() < messages {
             let Some(recorded) = self.recording.next(&|topic| topic == whole)? else { break };
             let all = published(&recorded, self.recording.name())?;
             let own = all.into_iter().filter(|(topic, _)| *topic == self.topic);
@@ -267,14 +275,14 @@ impl<R: RosRecording> Blocks for TopicRows<R> {
         let mut block: Vec<Vec<f64>> = vec![Vec::new(); self.names.len()];
         let mut rows = 0;
         while rows < TOPIC_BLOCK_ROWS {
-            self.fill()?;
+            self.fill(1)?;
             let Some(values) = self.pending.pop_front() else { break };
             // By name: messages need not hold the joints in one order.
             let of = |(place, name): (usize, &String)| match values.get(place) {
                 Some((n, value)) if n == name => *value,
                 _ => values.iter().find(|(n, _)| n == name).map_or(f64::NAN, |(_, v)| *v),
             };
-            let row = self.names.iter().enumerate().map(of);
+            let row: Vec<f64> = self.names.iter().enumerate().map(of).collect();
             block.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
             rows += 1;
         }

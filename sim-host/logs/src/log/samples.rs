@@ -69,10 +69,11 @@ impl Samples {
     /// Takes a wrench in the axes, and about the point, of a sensor that sits so in T to one in T at
     /// the tool centre point: R f, and R m + p × R f.
     pub fn at_tool(&mut self, sensor: &Pose<f64>) {
-        let Some(force) = &mut self.force else { return };
-        force.iter_mut().for_each(|f| *f = sensor.rotation * *f);
-        for (moment, force) in self.moment.iter_mut().flatten().zip(force) {
-            *moment = sensor.rotation * *moment + sensor.position.cross(force);
+        let turn = |v: &mut Vector3<f64>| *v = sensor.rotation * *v;
+        self.force.iter_mut().flatten().for_each(turn);
+        self.moment.iter_mut().flatten().for_each(turn);
+        for (moment, force) in self.moment.iter_mut().flatten().zip(self.force.iter().flatten()) {
+            *moment += sensor.position.cross(force);
         }
     }
 

@@ -171,11 +171,10 @@ impl<R: Read> RowSource for TextRows<R> {
             return Some(f64::NAN);
         }
         let text = std::str::from_utf8(field).ok()?;
-        let number = if self.dialect.decimal == b',' && text.contains(',') {
-            // A dot beside the comma parts thousands, which is no decimal mark.
-            text.replace('.', "_").replace(',', ".").parse::<f64>()
-        } else {
-            text.parse::<f64>()
+        // Where the comma is the decimal mark a dot parts thousands, and is refused.
+        let number = match self.dialect.decimal {
+            b',' => text.replace('.', "_").replace(',', ".").parse::<f64>(),
+            _ => text.parse::<f64>(),
         };
         number.ok().filter(|x| x.is_finite())
     }

@@ -5,7 +5,7 @@ use trueweld_logs::HALF_95;
 use trueweld_logs::log::import::{Doubt, LeftOut, Proposal, ProposalBasis, ProposedColumn};
 use trueweld_logs::log::units::unit_named;
 use trueweld_logs::log::{channel_name, dimension};
-use trueweld_plant::input::FILL_IN;
+use trueweld_plant::input::{FILL_IN, toml_string};
 
 /// What to do about what is not known.
 const LOG_KINDS: &str = "static-load, ring-down, free-motion or weld";
@@ -76,6 +76,7 @@ fn basis(of: &ProposalBasis) -> String {
     match of {
         ProposalBasis::Header
         | ProposalBasis::Rises
+        | ProposalBasis::Degrees
         | ProposalBasis::Comment
         | ProposalBasis::UnitInHeader => String::new(),
         ProposalBasis::Coupling => {
@@ -104,7 +105,10 @@ pub(crate) fn bases(column: &ProposedColumn) -> String {
             let stated = column.bases.contains(&ProposalBasis::UnitInHeader);
             let and_unit = if stated { " and unit" } else { "" };
             let named = match column.bases.first() {
-                Some(ProposalBasis::Rises) => "without a header, it rises".to_owned(),
+                Some(ProposalBasis::Rises) => "it rises as a time does".to_owned(),
+                Some(ProposalBasis::Degrees) => {
+                    "in degrees: a rotation vector, or a, b, c?".to_owned()
+                }
                 Some(ProposalBasis::Comment) => {
                     format!("channel{and_unit} by a comment above the rows")
                 }
@@ -189,7 +193,7 @@ pub fn log_toml(
         text += &format!("period_s = {period:?}\n");
     }
     match robot {
-        Some(path) => text += &format!("robot = {path:?}\n"),
+        Some(path) => text += &format!("robot = {}\n", toml_string(path)),
         None => text += &format!("robot = \"{FILL_IN}: path of the robot file\"\n"),
     }
     if proposal.kind.name() == "weld" {
@@ -202,18 +206,18 @@ pub fn log_toml(
         // A file of which nothing is read has no time that would be missed.
         let is_read = proposal.columns.iter().any(|c| c.file == k && c.mapping.is_ok());
         let hidden = if is_read { "" } else { "# no column of it is known: " };
-        let mut entry = format!("  {hidden}{{ path = {path:?}");
+        let mut entry = format!("  {hidden}{{ path = {}", toml_string(path));
         if let Some(topic) = &file.topic {
-            entry += &format!(", topic = {topic:?}");
+            entry += &format!(", topic = {}", toml_string(topic));
         }
         if let Some(clock) = &file.clock {
-            entry += &format!(", clock = {clock:?}");
+            entry += &format!(", clock = {}", toml_string(clock));
         }
         if file.text && file.delimiter != ',' {
-            entry += &format!(", delimiter = {:?}", file.delimiter.to_string());
+            entry += &format!(", delimiter = {}", toml_string(&file.delimiter.to_string()));
         }
         if file.text && file.decimal != '.' {
-            entry += &format!(", decimal = {:?}", file.decimal.to_string());
+            entry += &format!(", decimal = {}", toml_string(&file.decimal.to_string()));
         }
         if file.text && file.header != 1 {
             entry += &format!(", header = {}", file.header);
@@ -277,10 +281,7 @@ pub fn log_toml(
 fn line(column: &ProposedColumn, proposal: &Proposal, path: &str, accepted: bool) -> String {
     let Ok(mapping) = &column.mapping else { return String::new() };
     // A header that two files have is told apart by the file.
-    let twice = proposal
-        .columns
-        .iter()
-        .any(|c| c.file != column.file && c.header == column.header && c.mapping.is_ok());
+    let twice = proposal.columns.iter().any(|c| c.file != column.file && c.header == column.header);
     let header = if twice { format!("{path}:{}", mapping.header) } else { mapping.header.clone() };
     let open = |doubt: &Doubt| matches!(doubt, Doubt::Unit | Doubt::Scale);
     let unit = match !accepted && column.doubts.iter().any(open) {
@@ -291,7 +292,8 @@ fn line(column: &ProposedColumn, proposal: &Proposal, path: &str, accepted: bool
         true => format!("{FILL_IN}: {}?", channel_name(mapping.column)),
         false => channel_name(mapping.column).to_owned(),
     };
-    let mut line = format!("{header:?} = {{ channel = \"{channel}\", unit = \"{unit}\"");
+    let mut line =
+        format!("{} = {{ channel = \"{channel}\", unit = \"{unit}\"", toml_string(&header));
     let raw = unit_named(mapping.unit).is_some_and(|u| u.dimension.is_none());
     let held = dimension(mapping.column).unit();
     if column.doubts.contains(&Doubt::Factor) || (raw && !mapping.open) {

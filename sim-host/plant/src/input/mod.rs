@@ -52,7 +52,7 @@ pub use sensors::{ForceSensor, SeamSensor, Sensors};
 pub use table::TomlTable;
 pub use unit::{unit_of, unit_suffix};
 pub use urdf::{import_urdf, import_urdf_text};
-pub use value::{FILL_IN, Text};
+pub use value::{FILL_IN, Text, toml_string};
 pub use weld::{RealSeam, Wave, Weld};
 
 use std::fmt;

@@ -11,6 +11,11 @@ use toml::de::DeValue;
 /// it.
 pub const FILL_IN: &str = "FILL IN";
 
+/// Text as TOML writes it.
+pub fn toml_string(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
 /// A piece of text and where it stands.
 #[derive(Debug, Clone)]
 pub struct Text<'d> {

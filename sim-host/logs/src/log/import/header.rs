@@ -313,6 +313,13 @@ impl NamedColumns {
             } else if unit.dimension.is_some() {
                 own.amperes = false;
             }
+            // What trackers and controllers write in degrees are angles about one axis after another.
+            if let Ok(own) = claim
+                && LogChannel::Rotation.columns().contains(&own.column)
+                && own.unit.is_some_and(|unit| unit.name == "deg")
+            {
+                own.basis = ProposalBasis::Degrees;
+            }
         }
     }
 
@@ -348,6 +355,11 @@ impl NamedColumns {
         let rising = times.iter().copied().filter(|k| rises(*k));
         let chosen = rising.min_by_key(|k| (counts(k), Reverse(role(*k))));
         for k in times {
+            // How long a tick lasts no header says; KUKA's counts milliseconds.
+            let ticks = counts(&k) && !raw.names[k].to_lowercase().contains("ipoc");
+            if let Some(claim) = self.claims[k].as_mut().ok().filter(|_| ticks) {
+                claim.basis = ProposalBasis::Rises;
+            }
             if !rises(k) {
                 self.claims[k] = Err(LeftOut::NotRising);
             } else if let Some(chosen) = chosen.filter(|chosen| *chosen != k) {

@@ -37,10 +37,12 @@ pub(super) fn units_by_magnitude(columns: &mut [ProposedColumn], raws: &[Raw]) {
                 .position(|name| name == step)
                 .and_then(|k| raws[file].values[k].as_deref())
                 .map_or(0.0, median_step);
-            let (unit, sure) = match (dimension(group.start), epoch(most, step)) {
+            let (unit, fits_one) = match (dimension(group.start), epoch(most, step)) {
                 (Dimension::Time, Some(unit)) => (unit, true),
                 (held, _) => by_magnitude(held, most, step, group.start),
             };
+            // A load at rest lasts as many seconds as a row of a motion has milliseconds.
+            let sure = fits_one && (unit != "ms" || raws[file].rows >= MOTION_ROWS_MIN);
             for k in of_file {
                 if let Ok(mapping) = &mut columns[k].mapping {
                     mapping.unit = unit;
@@ -54,6 +56,9 @@ pub(super) fn units_by_magnitude(columns: &mut [ProposedColumn], raws: &[Raw]) {
         }
     }
 }
+
+/// Rows from which on a log is none of loads at rest.
+const MOTION_ROWS_MIN: usize = 100;
 
 /// Columns that share a unit.
 fn groups() -> Vec<Range<usize>> {
@@ -83,8 +88,9 @@ fn epoch(most: f64, step: f64) -> Option<&'static str> {
 /// The unit that values of this size are in, and whether only one fits.
 fn by_magnitude(dimension: Dimension, most: f64, step: f64, column: usize) -> (&'static str, bool) {
     match dimension {
-        Dimension::Time if step >= 1e5 => ("ns", true),
-        Dimension::Time if step >= 500.0 => ("us", true),
+        // A tenth of a second to one in microseconds is a tenth of a millisecond to one in nanoseconds.
+        Dimension::Time if step >= 9e5 => ("ns", (9e5..=2e7).contains(&step)),
+        Dimension::Time if step >= 500.0 => ("us", step <= 2e4),
         // Rows at rest are seconds apart as well.
         Dimension::Time if step >= 0.5 => ("ms", (0.9..=20.0).contains(&step)),
         Dimension::Time => ("s", step > 0.0),

@@ -186,6 +186,7 @@ fn leave_out_rigid(
 fn name_clocks(files: &mut [ProposedFile], columns: &[ProposedColumn], raws: &[Raw]) {
     let Some(own) = file_of(columns, ENCODER_COLUMN) else { return };
     let Some(time) = times(columns, raws, own) else { return };
+    let mut taken: Vec<String> = Vec::new();
     for (file, proposed) in files.iter_mut().enumerate().filter(|(file, _)| *file != own) {
         let other = series(columns, raws, Some(file), TIME_COLUMN);
         let same = other.is_some_and(|other| {
@@ -196,7 +197,11 @@ fn name_clocks(files: &mut [ProposedFile], columns: &[ProposedColumn], raws: &[R
         });
         let ros = proposed.topic.is_some();
         if !same && !ros {
-            proposed.clock = Some(clock_name(&proposed.path));
+            let bare = clock_name(&proposed.path);
+            let more = (2..).map(|k| format!("{bare}-{k}"));
+            let mut names = std::iter::once(bare.clone()).chain(more);
+            proposed.clock = names.find(|name| !taken.contains(name));
+            taken.extend(proposed.clock.clone());
         }
     }
 }

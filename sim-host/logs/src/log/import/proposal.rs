@@ -24,8 +24,10 @@ pub struct Preview {
 pub enum ProposalBasis {
     /// The header names the channel.
     Header,
-    /// There is no header; the values rise as a time does.
+    /// No header names a time; the values rise as one does.
     Rises,
+    /// A rotation in degrees: a rotation vector as the header has it, or angles about three axes.
+    Degrees,
     /// There is no header; a comment above names as many columns as have decimals.
     Comment,
     /// The header, or the row below it, states the unit.

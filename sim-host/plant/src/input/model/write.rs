@@ -5,7 +5,7 @@ use crate::effects::formula::{CustomParameter, CustomRole, Formula};
 use crate::effects::table::Places;
 use crate::effects::{Action, Effect};
 use crate::input::posterior::{MeasuredNumber, Posterior};
-use crate::input::{FileKind, InputError, Source, folder_of, write_atomically};
+use crate::input::{FileKind, InputError, Source, folder_of, toml_string, write_atomically};
 use std::fmt::Write;
 use std::path::{Component, Path};
 
@@ -14,10 +14,10 @@ impl ModelFile {
     pub fn to_toml(&self, folder: &Path, comments: &Comments) -> String {
         let mut text = String::new();
         comment(&mut text, &comments.file);
-        line(&mut text, "schema", quoted(FileKind::Model.schema()));
-        line(&mut text, "robot", quoted(&from_folder(folder, &self.robot_path)));
+        line(&mut text, "schema", toml_string(FileKind::Model.schema()));
+        line(&mut text, "robot", toml_string(&from_folder(folder, &self.robot_path)));
         if let Some(process) = &self.process_path {
-            line(&mut text, "process", quoted(&from_folder(folder, process)));
+            line(&mut text, "process", toml_string(&from_folder(folder, process)));
         }
         let none = EffectComments::default();
         for (i, model_effect) in self.effects.iter().enumerate() {
@@ -32,7 +32,7 @@ impl ModelFile {
         if let Some(posterior) = &self.posterior {
             text.push('\n');
             self.write_posterior(&mut text, posterior, &comments.posterior);
-            line(&mut text, "sha256", quoted(&posterior.seal));
+            line(&mut text, "sha256", toml_string(&posterior.seal));
         }
         text
     }
@@ -42,7 +42,7 @@ impl ModelFile {
         comment(text, said);
         text.push_str("[posterior]\n");
         let mut texts = |key: &str, list: &mut dyn Iterator<Item = String>| {
-            let list: Vec<String> = list.map(|one| quoted(&one)).collect();
+            let list: Vec<String> = list.map(|one| toml_string(&one)).collect();
             if !list.is_empty() {
                 line(text, key, rows(&list));
             }
@@ -62,15 +62,15 @@ impl ModelFile {
         line(text, "between_logs", numbers(&mut of.numbers.iter().map(|n| n.between_logs)));
         line(text, "covariance", numbers(&mut of.covariance.iter().copied()));
         line(text, "score", number(of.score));
-        line(text, "campaign_sha256", quoted(&of.campaign));
+        line(text, "campaign_sha256", toml_string(&of.campaign));
     }
 
     pub(super) fn write_known(&self, text: &mut String, known: &KnownEffect) {
         text.push_str("[[known]]\n");
-        line(text, "id", quoted(known.kind.id));
+        line(text, "id", toml_string(known.kind.id));
         if let Some(at) = known.at {
             let effect = Effect { kind: known.kind, at, values: Vec::new() };
-            line(text, "at", quoted(effect.at_name(&self.robot)));
+            line(text, "at", toml_string(effect.at_name(&self.robot)));
         }
         let deviations = known.kind.parameters.iter().zip(&known.deviation);
         let open: Vec<String> = deviations
@@ -98,13 +98,13 @@ impl ModelFile {
     ) {
         comment(text, &comments.effect);
         text.push_str("[[effect]]\n");
-        line(text, "id", quoted(effect.kind.id));
+        line(text, "id", toml_string(effect.kind.id));
         let at = effect.at_name(&self.robot);
         if !at.is_empty() {
-            line(text, "at", quoted(at));
+            line(text, "at", toml_string(at));
         }
         if *scope == Scope::Log {
-            line(text, "scope", quoted("log"));
+            line(text, "scope", toml_string("log"));
         }
         let said = |i: usize| comments.parameters.get(i).map_or("", String::as_str);
         let Action::Expression(Formula { definition, .. }) = effect.kind.action else {
@@ -116,10 +116,10 @@ impl ModelFile {
             }
             return;
         };
-        line(text, "port", quoted(definition.port.name));
-        line(text, "unit", quoted(definition.port.unit));
-        line(text, "expression", quoted(&definition.expression));
-        line(text, "shows", quoted(&definition.shows));
+        line(text, "port", toml_string(definition.port.name));
+        line(text, "unit", toml_string(definition.port.unit));
+        line(text, "expression", toml_string(&definition.expression));
+        line(text, "shows", toml_string(&definition.shows));
         let named = definition.named();
         if let Some(table) = &definition.table {
             let (of, values) =
@@ -152,8 +152,8 @@ impl ModelFile {
             let _ = writeln!(text, "\n[effect.parameters.{}]", parameter.name);
             comment(text, said(i));
             line(text, "value", number(*value));
-            line(text, "unit", quoted(&parameter.unit));
-            line(text, "meaning", quoted(&parameter.meaning));
+            line(text, "unit", toml_string(&parameter.unit));
+            line(text, "meaning", toml_string(&parameter.meaning));
             line(text, "low", number(parameter.low));
             line(text, "high", number(parameter.high));
             match &parameter.role {
@@ -198,10 +198,6 @@ fn line(text: &mut String, key: &str, value: String) {
 /// A number as TOML writes it, to the last bit.
 fn number(value: f64) -> String {
     format!("{value:?}").to_lowercase()
-}
-
-fn quoted(text: &str) -> String {
-    toml::Value::String(text.to_owned()).to_string()
 }
 
 /// A comment, line by line, without what TOML does not allow there.

@@ -1,7 +1,7 @@
 //! The text of a robot file, with markers where a URDF says nothing.
 
 use super::arm::{Arm, FixedLink, UrdfBody, UrdfJoint};
-use crate::input::FILL_IN;
+use crate::input::{FILL_IN, toml_string};
 use nalgebra::{Matrix3, Vector3};
 use std::fmt::Write;
 
@@ -24,7 +24,7 @@ impl Arm {
         let name = if name.trim().is_empty() {
             marker("the URDF has no name for the robot")
         } else {
-            text(name)
+            toml_string(name)
         };
         // Writing to a String cannot fail, so the results are dropped.
         let _ = writeln!(
@@ -89,7 +89,7 @@ impl UrdfJoint {
             if self.name.trim().is_empty() {
                 marker("the URDF has no name for the joint")
             } else {
-                text(&self.name)
+                toml_string(&self.name)
             },
             vector(&(self.origin - before)),
             vector(&self.axis),
@@ -241,11 +241,7 @@ impl UrdfBody {
 
 /// A value that the robot reader refuses, with its reason.
 fn marker(why: &str) -> String {
-    text(&format!("{FILL_IN}: {why}"))
-}
-
-fn text(value: &str) -> String {
-    toml::Value::String(value.to_owned()).to_string()
+    toml_string(&format!("{FILL_IN}: {why}"))
 }
 
 /// A number without the noise that turning by π/2 leaves in the last digits.
