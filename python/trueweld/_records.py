@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ._paths import write_whole
 from ._schema import LEFT_OUT, LEFT_OUT_LISTS
 from ._table import Table, Trajectory
 
@@ -166,7 +167,7 @@ class Result(Record):
         if path.suffix not in forms:
             expected = ", ".join(forms)
             raise ValueError(f"{path}: expected a name that ends in one of {expected}")
-        path.write_text(forms[path.suffix](), encoding="utf-8")
+        write_whole(path, forms[path.suffix]())
         return path
 
     def plot(self, **options: Any) -> Figure:

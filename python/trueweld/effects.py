@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from ._paths import StrPath
+from ._paths import StrPath, write_whole
 
 __all__ = ["Effect", "Expression", "Parameter", "dahl", "define", "play", "sign", "step"]
 
@@ -231,20 +231,20 @@ class Effect:
             raise FileExistsError(f"{out}: there is a file that this did not write; expected another name")
         text = model.read_text(encoding="utf-8")
         try:
-            tomllib.loads(text)
+            given = tomllib.loads(text)
         except tomllib.TOMLDecodeError as error:
             raise ValueError(f"{model}: {error}") from error
 
         # Paths start from the model file's folder.
         def moved(line: re.Match[str]) -> str:
-            path = (model.resolve().parent / json.loads(line[2])).resolve()
+            path = (model.resolve().parent / given[line[2]]).resolve()
             return line[1] + _text(str(path))
 
-        text = re.sub(r'^((?:robot|process)\s*=\s*)("[^"\n]*")', moved, text, flags=re.MULTILINE)
-        # What `improve` measured is of the model as it was.
-        text = re.split(r"^\[posterior\b", text, maxsplit=1, flags=re.MULTILINE)[0]
+        text = re.sub(r"""^((robot|process)\s*=\s*)("[^"\n]*"|'[^'\n]*')""", moved, text, flags=re.MULTILINE)
+        # What `improve` measured is of the model as it was: its table, with those within it, ends at the next.
+        text = re.sub(r"^\[posterior\b.*?(?=^\[(?!\[?posterior\b)|\Z)", "", text, flags=re.MULTILINE | re.DOTALL)
         out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(f"{head}\n{text.rstrip()}\n\n{self.to_toml()}", encoding="utf-8")
+        write_whole(out, f"{head}\n{text.rstrip()}\n\n{self.to_toml()}")
         return out
 
 

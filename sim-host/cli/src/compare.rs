@@ -30,6 +30,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             ));
         }
         let ComparedPair { logs, pair, provenance } = compare_logs(first, second)?;
+        check_outputs(&outputs)?;
         let report = CompareLogsReport { logs: &logs, pair: &pair, provenance: &provenance };
         return arguments.results.files.write(&report);
     }

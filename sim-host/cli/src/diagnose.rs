@@ -1,6 +1,6 @@
 //! `trueweld diagnose`: which physical effect is missing in a model.
 
-use crate::measured::{BudgetArguments, LogArguments, show, tell_mistakes};
+use crate::measured::{BudgetArguments, LogArguments, say_unwritten, show, tell_mistakes};
 use crate::results::{RecordedResults, check_outputs, check_targets, write};
 use clap::Args;
 use miette::{IntoDiagnostic, Result};
@@ -30,12 +30,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let deadline = arguments.budget.deadline()?;
     let mut outputs = arguments.results.outputs();
     outputs.extend(arguments.protocol.as_deref().map(|path| ("--protocol", path)));
+    let weld = arguments.protocol.as_deref().map(weld_beside);
+    outputs.extend(weld.as_deref().map(|path| ("--protocol", path)));
     check_targets(&outputs)?;
     let mut measured = arguments.measurements.read()?;
     check_outputs(&outputs)?;
     let provenance = measured.provenance("diagnose")?;
     if tell_mistakes(&measured, &arguments.results.files, &provenance)? {
-        return Ok(());
+        return arguments.protocol.iter().try_for_each(|path| say_unwritten("protocol", path));
     }
     let progress = arguments.results.files.progress("comparing", 1.0);
     let done =
@@ -62,9 +64,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
 }
 
+/// The weld file of a protocol.
+fn weld_beside(protocol: &Path) -> PathBuf {
+    protocol.with_extension("weld.toml")
+}
+
 /// Writes an experiment as a protocol, and its weld beside it.
 fn write_protocol(plan: &Plan, model: &ModelFile, path: &Path) -> Result<()> {
-    let weld = path.with_extension("weld.toml");
+    let weld = weld_beside(path);
     if let Some(made) = &plan.log.weld {
         write(&weld, &weld_file(made))?;
     }

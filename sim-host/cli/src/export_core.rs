@@ -2,7 +2,7 @@
 
 use crate::inputs::WeldArguments;
 use crate::names::{ControllerParser, LawParser};
-use crate::results::check_empty_folder;
+use crate::results::{check_empty_folder, check_outputs};
 use clap::Args;
 use miette::{IntoDiagnostic, Result, WrapErr};
 use std::fs;
@@ -48,12 +48,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     fs::create_dir_all(&arguments.out)
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot make the folder {}", arguments.out.display()))?;
+    let [rust, header] = ["cell.rs", "cell.h"].map(|file| arguments.out.join(file));
+    check_outputs(&[("--out", &rust), ("--out", &header)])?;
     let configuration = &constants.configuration;
-    for (file, text) in [
-        ("cell.rs", configuration.rust_source(&heading)),
-        ("cell.h", configuration.c_header(&heading, constants.bytes)),
+    for (path, text) in [
+        (rust, configuration.rust_source(&heading)),
+        (header, configuration.c_header(&heading, constants.bytes)),
     ] {
-        let path = arguments.out.join(file);
         write_file(&path, text)?;
         say!("wrote {}\n", path.display());
     }

@@ -1,6 +1,6 @@
 //! `trueweld identify`: stiffness, damping and process of a cell from its logs.
 
-use crate::measured::LogArguments;
+use crate::measured::{LogArguments, say_unwritten};
 use crate::results::{Results, check_outputs, check_targets, write};
 use clap::{Args, Subcommand};
 use miette::{IntoDiagnostic, Result, miette};
@@ -155,7 +155,8 @@ impl Identified {
             Err(IdentifyError::Mistakes(found)) => {
                 let report =
                     MistakesReport { model: &model, found: &found, provenance: &provenance };
-                return self.results.write(&report);
+                self.results.write(&report)?;
+                return self.out.iter().try_for_each(|path| say_unwritten("result", path));
             }
             other => other.into_diagnostic()?,
         };

@@ -1,7 +1,9 @@
 //! `trueweld improve`: adds what is missing to a model, and writes it.
 
 use crate::improve_fleet;
-use crate::measured::{BudgetArguments, LogArguments, refuse_mistakes, show, tell_mistakes};
+use crate::measured::{
+    BudgetArguments, LogArguments, refuse_mistakes, say_unwritten, show, tell_mistakes,
+};
 use crate::results::{RecordedResults, check_outputs, check_targets};
 use clap::Args;
 use miette::Result;
@@ -50,10 +52,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     check_outputs(&outputs)?;
     if tell_mistakes(&measured, &arguments.results.files, &provenance)? {
-        let stays =
-            if arguments.out.exists() { "; the file there is of an earlier run" } else { "" };
-        say!("no improved model is written to {}{stays}\n", arguments.out.display());
-        return Ok(());
+        return say_unwritten("improved model", &arguments.out);
     }
     let progress = arguments.results.files.progress("comparing", 1.0);
     let done = improve(&mut measured)

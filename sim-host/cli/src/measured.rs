@@ -105,6 +105,13 @@ pub(crate) fn tell_mistakes(
     Ok(true)
 }
 
+/// Says that a file is not written, beside mistakes that were told. `what`: what it would hold.
+pub(crate) fn say_unwritten(what: &str, path: &Path) -> Result<()> {
+    let stays = if path.exists() { "; the file there is of an earlier run" } else { "" };
+    say!("no {what} is written to {}{stays}\n", path.display());
+    Ok(())
+}
+
 /// Refuses logs with mistakes in them, where nothing can be said of these. `what`: the logs.
 pub(crate) fn refuse_mistakes(what: &str, found: &Found, model: &ModelFile) -> Result<()> {
     let Some(first) = found.mistakes.first() else { return Ok(()) };

@@ -18,6 +18,10 @@ pub(crate) fn command_line(command: &str, without: &[&str]) -> String {
             if without.contains(&name) || given.value_source(id) != Some(ValueSource::CommandLine) {
                 continue;
             }
+            if !option.get_action().takes_values() {
+                words.push(format!("--{name}"));
+                continue;
+            }
             for value in given.get_raw(id).into_iter().flatten() {
                 words.extend([format!("--{name}"), value.to_string_lossy().into_owned()]);
             }

@@ -267,7 +267,8 @@ pub(crate) fn check_outputs(outputs: &[(&str, &Path)]) -> Result<()> {
         if inputs.contains(&target) {
             return refused(flag, path, "it is an input of this command; expected another file");
         }
-        if target.extension() == Some("toml".as_ref()) && !may_be_replaced(&target) {
+        let kept = ["toml", "rs", "h"].iter().any(|kept| target.extension() == Some(kept.as_ref()));
+        if kept && !may_be_replaced(&target) {
             let why = "there is a file that trueweld did not write; expected another name, or \
                        remove it";
             return refused(flag, path, why);
@@ -281,12 +282,12 @@ pub(crate) fn check_outputs(outputs: &[(&str, &Path)]) -> Result<()> {
     Ok(())
 }
 
-/// True where no file of settings is, or one that a command wrote: its first line says so. What a
+/// True where no file of settings or source is, or one that a command wrote: its first line says so. What a
 /// person wrote is not written over.
 fn may_be_replaced(path: &Path) -> bool {
     match std::fs::read_to_string(path) {
         Ok(text) => {
-            text.lines().next().is_some_and(|line| line.contains("trueweld")) || is_template(&text)
+            text.lines().take(2).any(|line| line.contains("trueweld")) || is_template(&text)
         }
         Err(_) => !path.exists(),
     }

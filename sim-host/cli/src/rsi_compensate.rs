@@ -5,6 +5,7 @@ use crate::names::LawParser;
 use crate::rsi_counts::{bound, of_client, of_malformed};
 use crate::rsi_live::LiveViewer;
 use crate::rsi_log::LogFolder;
+use crate::terminal;
 use clap::Args;
 use miette::{IntoDiagnostic, Result, miette};
 use std::net::{IpAddr, SocketAddr};
@@ -85,6 +86,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     arguments.log.check()?;
     let inputs = arguments.files.read()?;
     inputs.must_bear_push("rsi-compensate")?;
+    terminal::tell_warnings();
     let socket = bound(arguments.listen)?;
     let mut law = law(&inputs, &arguments.compensator)?;
     let mut client =

@@ -169,7 +169,14 @@ impl WeldRecord {
         let files = arguments.files.cell.files();
         let log = LoggedWeld::read(folder, files.model.as_deref())?;
         let law = arguments.recorded_law.clone().unwrap_or(Entry::of::<Uncompensated>());
-        let files = CellFiles { control: arguments.recorded_control.clone(), ..files };
+        // What is asked of the weld that is run is not of the one that was recorded.
+        let files = CellFiles {
+            control: arguments.recorded_control.clone(),
+            stiffness_error: None,
+            spindle_rpm: None,
+            period: None,
+            ..files
+        };
         let folder = folder.display().to_string();
         let mut record = Self { log, folder, law, files };
         let first = record.replay(arguments.controller)?;
@@ -199,7 +206,10 @@ impl WeldRecord {
     /// What was taken from the log, with the record beside its simulation: one of these `welds` where one
     /// is of its law and gains, else one more.
     fn beside(self, arguments: &Arguments, welds: &[SimulatedWeld]) -> Result<FromLog> {
-        let is_run = self.files.control == arguments.files.cell.files().control
+        let asked = arguments.files.cell.files();
+        let changed = [asked.stiffness_error, asked.spindle_rpm, asked.period];
+        let is_run = self.files.control == asked.control
+            && changed.iter().all(Option::is_none)
             && arguments.passes == 1
             && welds.iter().any(|weld| weld.recording.compensator == self.law.name());
         let check = if is_run { self.check(welds)? } else { self.replay(arguments.controller)? };

@@ -31,6 +31,15 @@ fn no_output_overwrites_an_input_or_another_output() {
     symlink("short.toml", place.path().join("link.toml")).unwrap();
     fs::create_dir(place.path().join("sub")).unwrap();
 
+    fs::create_dir(campaign.join("again")).unwrap();
+    for name in ["log.toml", "samples.csv"] {
+        let text = fs::read_to_string(campaign.join("static").join(name)).unwrap();
+        let shorter: Vec<&str> = text.lines().collect();
+        let rows = shorter.len() - usize::from(name == "samples.csv");
+        fs::write(campaign.join("again").join(name), shorter[..rows].join("\n")).unwrap();
+    }
+    fs::write(place.path().join("sub/cell.h"), "/* mine */\n").unwrap();
+
     let input = "it is an input of this command";
     let coupon = fixture("requirements/coupon.toml");
     let cases: &[(&[&str], &str)] = &[
@@ -75,6 +84,14 @@ fn no_output_overwrites_an_input_or_another_output() {
         (&["import-urdf", "arm6.urdf", "--out", "./arm6.urdf"], input),
         (&["compare", "campaign", "--json", "campaign/campaign.toml"], input),
         (&["compare", "campaign", "--json", "campaign/static/samples.csv"], input),
+        (
+            &["compare", "campaign/static", "campaign/again", "--json", "campaign/again/log.toml"],
+            input,
+        ),
+        (
+            &["export-core", "--compensator", "none", "--weld", "short.toml", "--out", "sub"],
+            "--out: cannot write sub/cell.h: there is a file that trueweld did not write",
+        ),
         (&["diagnose", "campaign", "--html", "campaign/static/log.toml"], input),
         (&["improve", "campaign", "--out", "campaign/campaign.toml"], input),
         (&["improve", "campaign", "--out", "campaign/robot.toml"], input),

@@ -27,16 +27,16 @@ impl BlockTable<'_> {
         for block in self.blocks {
             let rows = rows_of(&block);
             let mut group = writer.next_row_group()?;
-            for values in &block {
+            for (values, of) in block.iter().zip(&self.columns) {
                 let Some(mut column) = group.next_column()? else { break };
-                match values.numbers() {
-                    [] => {
+                match of.words {
+                    true => {
                         let words: Vec<ByteArray> =
                             (0..rows).map(|row| ByteArray::from(values.word(row))).collect();
                         column.typed::<ByteArrayType>().write_batch(&words, None, None)?;
                     }
-                    numbers => {
-                        column.typed::<DoubleType>().write_batch(numbers, None, None)?;
+                    false => {
+                        column.typed::<DoubleType>().write_batch(values.numbers(), None, None)?;
                     }
                 }
                 column.close()?;
