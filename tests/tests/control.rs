@@ -149,6 +149,12 @@ proptest! {
             prop_assume!((0..JOINTS).all(|i| held[i].abs() < KR500.parameters().joints[i].max_torque));
             controller.start(&KR500, &q, &held);
             let open = controller.cycle(&KR500, &Setpoint { force: None, ..setpoint }, &sensed);
+            // Without a reading in the first closed period the push is that of the start.
+            let mut blind = sensed;
+            blind.wrench.force.x = f64::NAN;
+            let unseen = controller.cycle(&KR500, &setpoint, &blind);
+            prop_assert_eq!(unseen.fault, Some(Fault::Force));
+            prop_assert!((unseen.torque - held).amax() < 1e-6, "{name} bumps by {:e} while blind", (unseen.torque - held).amax());
             let closed = controller.cycle(&KR500, &setpoint, &sensed);
             // As at rest, and 5e4 N·m handed over to rounding.
             prop_assert!((open.torque - held).amax() < 1e-6);
@@ -253,6 +259,24 @@ proptest! {
             let command = controller.cycle(&KR500, &setpoint, &sensed);
             prop_assert_eq!(command.fault, Some(Fault::Singular), "{}", name);
             check(&command, name);
+        }
+    }
+
+    #[test]
+    fn lost_encoders_do_not_lock_a_moving_arm(q in regular_configuration(), joint in 0..JOINTS) {
+        // Ten periods without a joint's encoder while it coasts at a third of its speed.
+        let p = KR500.parameters();
+        for (name, mut controller) in started(&q) {
+            let mut at = q;
+            for _ in 0..10 {
+                at[joint] += 0.3 * p.joints[joint].max_rate * PERIOD * if q[joint] > 0.0 { -1.0 } else { 1.0 };
+                let (setpoint, mut sensed) = pressed(&at, 5e3);
+                sensed.encoder[joint] = f64::NAN;
+                prop_assert_eq!(controller.cycle(&KR500, &setpoint, &sensed).fault, Some(Fault::Encoder(joint)));
+            }
+            prop_assume!(at[4].sin().abs() > 0.05);
+            let (setpoint, sensed) = pressed(&at, 5e3);
+            prop_assert_eq!(controller.cycle(&KR500, &setpoint, &sensed).fault, None, "{}", name);
         }
     }
 

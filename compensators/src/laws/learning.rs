@@ -244,7 +244,10 @@ impl<T: Real> Law<T> for Learning<T, FeedForward> {
 
 impl<T: Real, L: Compensator<T>> Compensator<T> for Learning<T, L> {
     fn reset(&mut self) {
-        self.learn();
+        let has_seen = self.pass.iter().any(|place| place.weight.amax() > T::zero());
+        if has_seen && !self.frozen {
+            self.learn();
+        }
         self.begin_pass();
         self.inner.reset();
         self.history.reset();

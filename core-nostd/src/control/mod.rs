@@ -93,7 +93,7 @@ pub struct DriveCommand<T: Real> {
     pub limited: Limited,
 }
 
-/// What was held at a limit in a period, or held where it was for a fault.
+/// What was held at a limit in a period.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Limited {
     /// The torque of some drive.

@@ -82,12 +82,14 @@ impl<T: Real> ForceBranch<T> {
             return None;
         };
         let Some(error) = sensed.map(|sensed| desired - sensed).filter(|e| e.is_finite()) else {
-            // Blind: hold the last push, or what was asked for.
+            // Blind: hold the last push, or what was asked for; the position loop bears that already.
             let push = self.push.unwrap_or(desired);
+            let taken_over = self.push.is_none().then_some(desired);
+            self.push = Some(push);
             return Some(Push {
                 push,
                 error: T::zero(),
-                taken_over: None,
+                taken_over,
                 limited: true,
                 fault: Some(Fault::Force),
             });

@@ -163,12 +163,14 @@ fn unseen_push<T: Real>(robot: &Robot<T>, setpoint: &Setpoint<T>, sensed: &Senso
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InputCheck<T: Real> {
     last_good: JointVector<T>,
+    /// Time since they were good before this period, s.
+    without: T,
 }
 
 impl<T: Real> InputCheck<T> {
     /// Starts at these encoder angles, rad.
     pub fn new(encoder: &JointVector<T>) -> Self {
-        Self { last_good: *encoder }
+        Self { last_good: *encoder, without: T::zero() }
     }
 
     /// Encoder angles of the last period in which they were good, rad.
@@ -187,9 +189,10 @@ impl<T: Real> InputCheck<T> {
         sensed: &SensorReadings<T>,
         elapsed: T,
     ) -> Result<(), Fault> {
+        self.without += elapsed;
         for i in 0..JOINTS {
             let (angle, rate) = (sensed.encoder[i], sensed.encoder_rate[i]);
-            let reach = robot.parameters().joints[i].max_rate * elapsed * lit(2.0);
+            let reach = robot.parameters().joints[i].max_rate * self.without * lit(2.0);
             if !angle.is_finite() || !rate.is_finite() || (angle - self.last_good[i]).abs() > reach
             {
                 return Err(Fault::Encoder(i));
@@ -198,6 +201,7 @@ impl<T: Real> InputCheck<T> {
         // Good encoders are remembered whatever else is wrong, or an arm that moves meanwhile would
         // stay locked out.
         self.last_good = sensed.encoder;
+        self.without = T::zero();
         if !setpoint.is_sound() {
             return Err(Fault::Setpoint);
         }
@@ -223,6 +227,7 @@ impl<T: Real> Stateful for ForceSensorCheck<T> {
 
 impl<T: Real> Stateful for InputCheck<T> {
     fn visit_state(&mut self, visitor: &mut dyn StateVisitor) -> StateResult {
-        visitor.matrix(&mut self.last_good)
+        visitor.matrix(&mut self.last_good)?;
+        visitor.scalar(&mut self.without)
     }
 }
