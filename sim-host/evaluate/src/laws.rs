@@ -13,11 +13,11 @@ use nalgebra::SVector;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trueweld_compensators::Entry;
-use trueweld_core::Robot;
+use trueweld_core::{Fault, Robot};
 use trueweld_plant::input::Sensors;
 use trueweld_plant::sensors::{Failure, Instrument, InstrumentFault};
 use trueweld_plant::serialize_as_text;
-use trueweld_plant::simulate::{RunError, Scenario, Seam, run_after};
+use trueweld_plant::simulate::{RecordRow, Recording, RunError, Scenario, Seam, run_after};
 
 /// One change of the scenario.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,6 +111,22 @@ pub enum NoFigures {
 }
 
 serialize_as_text!(NoFigures::to_string);
+
+/// A fault in a weld whose instruments are sound: a cell can stop there.
+#[derive(Debug, thiserror::Error)]
+#[error("a fault is reported at {time:.3} s: {fault:?}")]
+pub(crate) struct ReportedFault {
+    fault: Fault,
+    time: f64,
+}
+
+impl ReportedFault {
+    /// The first of a run.
+    pub(crate) fn of(recording: &Recording) -> Option<Self> {
+        let at = |row: &RecordRow| Some(Self { fault: row.fault?, time: row.time });
+        recording.rows.iter().find_map(at)
+    }
+}
 
 /// What a run came to: the figures of its last pass.
 pub type SweepPoint = Result<WeldFigures, NoFigures>;

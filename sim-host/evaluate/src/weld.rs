@@ -31,12 +31,17 @@ impl Spread {
             n += 1;
             sum += v;
             square += v * v;
-            max_abs = max_abs.max(v.abs());
+            max_abs = larger(max_abs, v.abs());
         }
         let max_abs = if n == 0 { f64::NAN } else { max_abs };
         let n = n as f64;
         Self { mean: sum / n, rms: (square / n).sqrt(), max_abs }
     }
+}
+
+/// The larger of two values; not a number where either is none, which `f64::max` would pass over.
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
 }
 
 /// The push in the steady part.
@@ -94,7 +99,11 @@ impl PhaseFigures {
             lateral: spread(|r| r.deviation_w.linear.y),
             longitudinal: spread(|r| r.deviation_w.linear.x),
             tilt: spread(|r| r.tilt),
-            deepest: rows.clone().map(|r| r.deviation_w.linear.z).fold(f64::NAN, f64::max),
+            deepest: rows
+                .clone()
+                .map(|r| r.deviation_w.linear.z)
+                .reduce(larger)
+                .unwrap_or(f64::NAN),
             push_error: Spread::of(asked),
         }
     }
@@ -142,8 +151,8 @@ impl DriveLoad {
             let speed = rate.abs().component_div(max_rate);
             for (joint, load) in loads.iter_mut().enumerate() {
                 let (torque, speed) = (torque[joint], speed[joint]);
-                load.torque_share = load.torque_share.max(torque);
-                load.speed_share = load.speed_share.max(speed);
+                load.torque_share = larger(load.torque_share, torque);
+                load.speed_share = larger(load.speed_share, speed);
                 load.at_torque_limit += if torque > AT_LIMIT { each } else { 0.0 };
                 load.at_speed_limit += if speed > AT_LIMIT { each } else { 0.0 };
             }

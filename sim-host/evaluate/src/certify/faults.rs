@@ -248,14 +248,19 @@ fn detected(recording: &Recording, fault: &InstrumentFault) -> Option<f64> {
 /// Figures of a weld that are of its steady part, and not of the whole run, nor of an instrument: one
 /// that fails reads wrong, and what counts is what becomes of the weld.
 fn is_of_weld(key: &str) -> bool {
-    const OTHERS: [&str; 4] =
-        ["lateral_before_m", "correction_m", "correction_rad", "push_reading_error_n"];
+    const OTHERS: [&str; 5] = [
+        "lateral_before_m",
+        "correction_m",
+        "correction_rad",
+        "push_reading_error_n",
+        "measured_push_error_rms_n",
+    ];
     !key.contains('.') && !OTHERS.contains(&key)
 }
 
-/// The figure of the weld that is the largest share of its limit while the fault lasts, or from its
-/// end until the tool must be over it: each taken by itself, so that a short fault counts in full in
-/// an RMS. Takes the rows.
+/// The figure of the weld that is the largest share of its limit while the fault lasts, from its
+/// end until the tool must be over it, or thereafter: each taken by itself, so that a short fault counts
+/// in full in an RMS. Takes the rows.
 fn worst_share(
     recording: &mut Recording,
     fault: &InstrumentFault,
@@ -263,7 +268,7 @@ fn worst_share(
     requirements: &Requirements,
 ) -> Option<LimitedFigure> {
     let rows = std::mem::take(&mut recording.rows);
-    let parts = [fault.from..fault.until, fault.until..over].map(|part| {
+    let parts = [fault.from..fault.until, fault.until..over, over..f64::INFINITY].map(|part| {
         recording.rows = rows.iter().filter(|r| part.contains(&r.time)).cloned().collect();
         WeldFigures::of(recording)
     });

@@ -69,7 +69,7 @@ pub use worst::{WorstCase, search};
 
 pub use crate::figure::within;
 use crate::figure::{Figure, FigureOf, Limit, share_of_limit};
-use crate::laws::NoFigures;
+use crate::laws::{NoFigures, ReportedFault};
 use crate::margins::{MARGIN_FIGURES, Margins, OperatingPoint};
 use crate::requirements::Requirements;
 use crate::weld::{WELD_FIGURES, WeldFigures};
@@ -244,11 +244,12 @@ impl Certification<'_> {
     pub fn weld(&self, index: u64, draw: SampledCell) -> Trial {
         let recording = self.cell.weld(&self.scenario, &draw, self.passes);
         let (figures, symptoms, failed) = match &recording {
-            Ok(recording) => match WeldFigures::of(recording) {
-                Some(figures) => {
+            Ok(recording) => match (ReportedFault::of(recording), WeldFigures::of(recording)) {
+                (Some(fault), _) => (None, Some(self.symptoms(recording)), Some(fault.to_string())),
+                (None, Some(figures)) => {
                     (Some(values(self.asked(), &figures)), Some(self.symptoms(recording)), None)
                 }
-                None => (None, None, Some(NoFigures::NotSteady.to_string())),
+                (None, None) => (None, None, Some(NoFigures::NotSteady.to_string())),
             },
             Err(error) => (None, None, Some(error.to_string())),
         };

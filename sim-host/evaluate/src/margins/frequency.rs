@@ -1,6 +1,7 @@
 //! Margins from a sampled sensitivity: of one direction with the others closed, and of all at once.
 
 use super::response::{LoopSignals, SETPOINT};
+use crate::weld::larger;
 use nalgebra::{Complex, SMatrix};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -107,7 +108,7 @@ impl<'a> SensitivityFunction<'a> {
         let k = channel % SETPOINT;
         let group = &self.groups[channel / SETPOINT];
         let s: Vec<Complex<f64>> = group.iter().map(|m| m[(k, k)]).collect();
-        let largest = s.iter().map(|s| s.norm()).fold(0.0, f64::max);
+        let largest = s.iter().map(|s| s.norm()).fold(0.0, larger);
         let open: Vec<Complex<f64>> = s.iter().map(|s| s.inv() - 1.0).collect();
         let mut margin = Margin {
             gain: f64::INFINITY,

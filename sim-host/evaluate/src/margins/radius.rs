@@ -37,6 +37,10 @@ pub(crate) fn radius(responses: &[Vec<LoopSignals>], period: f64) -> f64 {
     let from = last.unwrap_or(0) / 2;
     let count = last.map_or(0, |last| last + 1 - from);
     let samples = DMatrix::from_fn(scaled.len(), count, |i, k| scaled[i][from + k]);
+    // An answer that is no number is none of a loop that is stable.
+    if samples.iter().any(|sample| !sample.is_finite()) {
+        return f64::INFINITY;
+    }
     let modes = Modes::of(&samples, DECAY_RANK_SHARE);
     let largest = modes.map_or(0.0, |m| m.poles.iter().map(|p| p.norm()).fold(0.0, f64::max));
     largest.powf(1.0 / apart as f64)

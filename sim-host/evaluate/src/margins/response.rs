@@ -274,7 +274,8 @@ impl Frozen<'_> {
             );
             side.torque = command.torque;
             if tick >= settle {
-                held += usize::from(command.limited.any());
+                // A controller or a law at fault lets nothing pass either.
+                held += usize::from(command.limited.any() || command.fault.is_some());
                 let (linear, angular) = (correction_w.linear, correction_w.angular);
                 let mut row = [0.0; LOOP_CHANNELS];
                 row[..5].copy_from_slice(&[linear.x, linear.y, angular.x, angular.y, angular.z]);

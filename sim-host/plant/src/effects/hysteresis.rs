@@ -63,3 +63,28 @@ impl Term for Hysteresis {
         Loop::Dahl.after(twist_of(way), self.twist, way.remembered)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_loop_that_a_step_goes_round_many_times_stays_within_itself() {
+        let narrow = Hysteresis { torque: 1e3, twist: 1e-6 };
+        let (mut z, step): (f64, f64) = (0.3, 1e-3);
+        for k in 0..1000 {
+            let rate = |remembered: f64| {
+                let encoder_rate = 0.5 * f64::from(k).sin();
+                let at = JointState { encoder_rate, remembered, ..JointState::at_zero() };
+                narrow.internal_rate(&at).unwrap()
+            };
+            // Runge and Kutta's fourth order.
+            let a = rate(z);
+            let b = rate(z + 0.5 * step * a);
+            let c = rate(z + 0.5 * step * b);
+            let d = rate(z + step * c);
+            z += step * (a + 2.0 * b + 2.0 * c + d) / 6.0;
+            assert!(z.abs() <= 1.0 + 1e-9, "{z} at step {k}");
+        }
+    }
+}

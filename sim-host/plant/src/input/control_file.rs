@@ -78,7 +78,7 @@ fn compensation(table: &TomlTable<'_>) -> Result<CompensationLimits, InputError>
         },
         following: FollowingGains {
             rate,
-            along: table.quantity_or("following_along_rad_s", rate)?,
+            along: table.quantity_or("following_along_rad_s", FollowingGains::default().along)?,
             size: table.quantity("following_max_m")?,
         },
     })

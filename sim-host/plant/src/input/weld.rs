@@ -12,6 +12,9 @@ const NORMAL_LENGTH_TOLERANCE: f64 = 1e-6;
 /// Below this sine between tool axis and path there is no direction across the weld to speak of.
 const TOOL_AXIS_SINE_MIN: f64 = 1e-3;
 
+/// Cosine up to which a tool axis counts as square to its path: a tenth of a millimetre a metre.
+const TOOL_AXIS_LEAN_MAX: f64 = 1e-4;
+
 /// Most points of a path.
 const MOST_POINTS: usize = 1000;
 
@@ -181,6 +184,16 @@ impl Weld {
                 expected,
                 "It points along the tool, into the material.",
             ));
+        }
+        // A seam is square to its axis, and would miss its end by as much.
+        let leans = tool_axis.dot(&path.normalize()).abs();
+        if leans > TOOL_AXIS_LEAN_MAX {
+            let expected = format!(
+                "a direction square to the path from `start_m` to `end_m`, not {:.2}° from it",
+                leans.asin().to_degrees()
+            );
+            let help = "A tool that leans along the path has `lead_deg` in schema weld/2.";
+            return Err(root.wrong("tool_axis", &expected, help));
         }
         let [force, force_ramp] = push(root)?;
         Ok(Self {

@@ -190,14 +190,16 @@ impl ElasticRobot {
     /// smaller than their loops, N·m/rad: in the middle of its loop, on the way forth.
     pub fn remembered_stiffness(&self) -> JointVector<f64> {
         /// A rate that takes every loop round slowly enough for its memory to follow, rad/s.
-        const SLOW: f64 = 1e-6;
+        const LOOP_SLOPE_RATE: f64 = 1e-6;
         let still = JointVector::zeros();
         let drives = Drives { link: still, link_rate: still, motor: still, motor_rate: still };
         JointVector::from_fn(|i, _| {
-            let forth = JointState { encoder_rate: SLOW, ..self.joint_point(&drives, i) };
+            let forth =
+                JointState { encoder_rate: LOOP_SLOPE_RATE, ..self.joint_point(&drives, i) };
             let of = |term: &dyn Term| {
                 let torque = |remembered| term.spring_torque(&JointState { remembered, ..forth });
-                (torque(1.0) - torque(0.0)) * term.internal_rate(&forth).unwrap_or(0.0) / SLOW
+                (torque(1.0) - torque(0.0)) * term.internal_rate(&forth).unwrap_or(0.0)
+                    / LOOP_SLOPE_RATE
             };
             let remembering = self.ports.spring[i].iter().filter(|(_, slot)| slot.is_some());
             remembering.map(|(term, _)| of(term.as_ref())).sum()

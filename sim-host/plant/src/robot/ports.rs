@@ -77,7 +77,7 @@ pub struct JointState {
 
 impl JointState {
     /// At the zero pose and at rest, with nothing remembered.
-    fn at_zero() -> Self {
+    pub(crate) fn at_zero() -> Self {
         Self {
             encoder: 0.0,
             encoder_rate: 0.0,

@@ -173,7 +173,8 @@ impl DeviationSensor for SeamSensing {
                     deviation,
                     along,
                     noise,
-                    age: time - at - s.hidden_delay,
+                    // Rounding must not make it younger than now.
+                    age: (time - at - s.hidden_delay).max(0.0),
                     ahead: s.ahead,
                 });
             }

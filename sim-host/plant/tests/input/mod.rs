@@ -594,6 +594,8 @@ fn a_weld_needs_a_length_and_a_side() {
     mistake(VERTICAL, axis, "tool_axis = [0.0, -1.0, 0.0]", &["not parallel to the path"]);
     mistake(VERTICAL, axis, "tool_axis = [0.0, 0.0, -1.1]", &["length 1", "[0, 0, -1]"]);
     mistake(VERTICAL, axis, "tool_axis = [0, 0, 0]", &["length 1, not 0"]);
+    let leans = "tool_axis = [0.0, 0.0523359562429438, -0.9986295347545738]";
+    mistake(VERTICAL, axis, leans, &["square to the path", "3.00°", "lead_deg"]);
 }
 
 #[test]
