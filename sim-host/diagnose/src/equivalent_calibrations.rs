@@ -122,6 +122,6 @@ fn column(null: &Fitted, (id, at, parameter): CalibrationValue) -> Option<(Slope
 }
 
 fn dot(a: &Slopes, b: &Slopes) -> f64 {
-    let logs = a.iter().flatten().zip(b.iter().flatten());
+    let logs = a.iter().zip(b).filter_map(|(a, b)| a.as_ref().zip(b.as_ref()));
     logs.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>()).sum()
 }

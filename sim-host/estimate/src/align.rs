@@ -23,10 +23,14 @@ pub fn align_clocks(logs: &mut [Log], model: &BaselineModel) -> Result<(), Predi
     for _ in 0..CLOCK_PASSES {
         let levels = instruments(logs);
         logs.par_iter_mut().zip(&levels).filter(|(log, _)| open(log)).try_for_each(
-            |(log, levels)| {
-                let experiment = PreparedLog::new(log, levels, model)?;
+            |(log, levels)| -> Result<(), PredictError> {
+                let experiment = match PreparedLog::new(log, levels, model) {
+                    // A short piece of a log that was cut: it has no say.
+                    Err(PredictError::Nothing { .. }) => return Ok(()),
+                    made => made?,
+                };
                 let prediction = experiment.predict(model, &[], None)?;
-                let Some(motion) = prediction.motion else { return Ok::<_, PredictError>(()) };
+                let Some(motion) = prediction.motion else { return Ok(()) };
                 let poses: Vec<Pose<f64>> = if motion.tool.is_empty() {
                     motion.link.iter().map(|q| model.robot.forward_kinematics(q)).collect()
                 } else {

@@ -5,6 +5,7 @@
 //! push that the force loop holds is left out along z: forces in the plane are predicted for the push
 //! that was measured, and the simulated loop holds the push as the real one did.
 
+use crate::predict::filled_vectors;
 use crate::residuals::compare::{LogComparison, Trace};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::rotation_from_vector;
@@ -116,7 +117,7 @@ fn of_log(log: &Log, compared: &LogComparison) -> Vec<ForceResidual> {
     let (Some(x), Some(y), Some(z)) = (column(0), column(1), column(2)) else {
         return Vec::new();
     };
-    let (Some(weld), Some(position)) = (&log.weld, &log.samples.position) else {
+    let (Some(weld), Some(position)) = (&log.weld, filled_vectors(&log.samples.position)) else {
         return Vec::new();
     };
     let (seam, columns) = (Seam::real(weld), [x, y, z]);
@@ -124,7 +125,8 @@ fn of_log(log: &Log, compared: &LogComparison) -> Vec<ForceResidual> {
     let count = columns.iter().map(|column| column.time.len()).min().unwrap_or(0);
     let residual = |k: usize| {
         let row = log.samples.time.partition_point(|t| t - start < x.time[k] - 1e-9);
-        let place = seam.place(position.get(row)?);
+        let at = position.each_ref().map(|column| column.get(row).copied());
+        let place = seam.place(&Vector3::new(at[0]?, at[1]?, at[2]?));
         ForceResidual::new(columns, k, &place, &tool_rotation(log, row))
     };
     (0..count).filter_map(residual).collect()

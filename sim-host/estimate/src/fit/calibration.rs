@@ -118,14 +118,15 @@ fn beside_zeros(problem: &FitProblem, effect: &Effect, expected: &[f64]) -> Vec<
     beside
 }
 
-/// Free values at the head of a point to which residuals are in proportion: those of one log each,
-/// and how links are mounted.
+/// Free values at the head of a point to which residuals are in proportion: calibrations of one log
+/// each, and how links are mounted.
 pub fn in_proportion(point: &FitState) -> usize {
     point.free.iter().take_while(|f| is_in_proportion(point, f)).count()
 }
 
 /// True for a free value to which residuals are in proportion.
 pub(super) fn is_in_proportion(point: &FitState, free: &FreeParameter) -> bool {
-    matches!(free.of, EffectScope::Log(..))
-        || matches!(point.effect(free.of).kind.action, Action::Mounting(_))
+    let kind = point.effect(free.of).kind;
+    (matches!(free.of, EffectScope::Log(..)) && is_calibration(kind))
+        || matches!(kind.action, Action::Mounting(_))
 }

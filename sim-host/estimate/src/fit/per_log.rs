@@ -2,7 +2,7 @@
 //! registered anew, an encoder zeroed anew, a payload hung differently. Everything else of the
 //! model stays as it is.
 
-use crate::fit::calibration::per_log;
+use crate::fit::calibration::{in_proportion, per_log};
 use crate::fit::{self, FitProblem, FitState, PerLogEffect, Residuals, SolverOptions};
 use crate::predict::PredictError;
 use trueweld_plant::effects::Effect;
@@ -19,12 +19,11 @@ pub fn fitted(
 ) -> Result<(FitState, Residuals), PredictError> {
     let mut point = per_log(problem, own);
     point.shared = all;
-    let stale = point.free.len();
-    if stale == 0 {
+    if point.free.is_empty() {
         let residuals = fit::residuals(problem, &point)?;
         return Ok((point, residuals));
     }
-    let found =
-        fit::fit(problem, &point, &fit::blocks_of(problem), &[], SolverOptions::full(stale))?;
+    let options = SolverOptions::full(in_proportion(&point));
+    let found = fit::fit(problem, &point, &fit::blocks_of(problem), &[], options)?;
     Ok((found.point, found.residuals))
 }

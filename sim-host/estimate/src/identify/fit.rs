@@ -17,7 +17,7 @@ use crate::fit::{
 use crate::identify::coordinates::{FreeCoordinate, is_replaced};
 use crate::identify::error::IdentifyError;
 use crate::log_faults::{Found, find};
-use crate::residuals::compare::{baseline, experiments};
+use crate::residuals::compare::{baseline, experiments, of_comparable};
 use nalgebra::{DMatrix, DVector};
 use trueweld_core::Robot;
 use trueweld_logs::log::Log;
@@ -74,7 +74,8 @@ fn pass(
         return Err(IdentifyError::Mistakes(Box::new(found)));
     }
     aligned?;
-    let problem = FitProblem::new(model, experiments(&logs, &baseline(model))?);
+    let ready = of_comparable(&mut logs, &baseline(model))?;
+    let problem = FitProblem::new(model, ready);
     let all = calibrations(&problem);
     let mut point = FitState::empty(logs.len());
     point.per_log = all.per_log.clone();

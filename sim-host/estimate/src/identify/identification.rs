@@ -9,7 +9,7 @@ use crate::identify::fit::{IdentificationFit, converge};
 use crate::identify::modes::{ByDecrement, Mode, modes};
 use crate::identify::number::{Number, TWO_SIDED};
 use crate::identify::process::{self, Section};
-use crate::residuals::compare::{Notice, baseline, experiments, of_reading};
+use crate::residuals::compare::{Notice, baseline, of_comparable, of_reading};
 use crate::residuals::single_load::single_loads;
 use nalgebra::DMatrix;
 use trueweld_core::{JOINTS, Robot};
@@ -114,7 +114,7 @@ pub fn identify(
             if PROCESS_COORDINATES.iter().any(|of| !process.keys.contains(&of.name)) {
                 return Err(IdentifyError::OtherProcess { process: process.name });
             }
-            orders = process::orders(&experiments(&used, &baseline(model))?);
+            orders = process::orders(&of_comparable(&mut used.clone(), &baseline(model))?);
             if orders.is_empty() {
                 return Err(IdentifyError::NoForces);
             }

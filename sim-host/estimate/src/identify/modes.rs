@@ -238,10 +238,11 @@ pub(crate) fn modes(fit: &IdentificationFit) -> (Vec<Mode>, [Option<ByDecrement>
                 Some((poles, _, covariance)) => {
                     let doubt = |k: usize| covariance[(2 * k + 1, 2 * k + 1)].sqrt() / poles[k][1];
                     let astray = |k: usize| (poles[k][0] / start[k][0] - 1.0).abs() > 0.3;
-                    let worst = (0..kept.len()).max_by(|a, b| doubt(*a).total_cmp(&doubt(*b)));
-                    worst.filter(|k| {
-                        doubt(*k) > RATE_UNCERTAINTY_MAX / MODE_AMPLITUDE_RATIO_MIN || astray(*k)
-                    })
+                    let unseen = |k: &usize| {
+                        astray(*k) || doubt(*k) > RATE_UNCERTAINTY_MAX / MODE_AMPLITUDE_RATIO_MIN
+                    };
+                    let unseen = (0..kept.len()).filter(unseen);
+                    unseen.max_by(|a, b| doubt(*a).total_cmp(&doubt(*b)))
                 }
             };
             match worst {

@@ -12,8 +12,8 @@
 use crate::identify::coordinates::{FreeCoordinate, PROCESS_COORDINATES, RIPPLE};
 use crate::identify::fit::IdentificationFit;
 use crate::identify::number::{Number, TWO_SIDED};
-use crate::predict::{ComparedQuantity, PreparedLog};
-use nalgebra::{Complex, Matrix2, Vector2};
+use crate::predict::{ComparedQuantity, PreparedLog, filled_vectors};
+use nalgebra::{Complex, Matrix2, Vector2, Vector3};
 use trueweld_logs::log::Log;
 use trueweld_plant::input::{Process, Ripple};
 
@@ -112,6 +112,8 @@ pub(crate) fn ripple(
 ) -> (Vec<Number>, Vec<Ripple>) {
     let (mut numbers, mut file) = (Vec::new(), Vec::new());
     let Some(process) = &fit.model.process else { return (numbers, file) };
+    // Of an order that the logs do not show the file says what it said.
+    file.extend(process.ripple.iter().filter(|line| !orders.contains(&line.order)).cloned());
     for (k, order) in orders.iter().enumerate() {
         let own = || process.ripple.iter().filter(|line| line.order == *order);
         let whole = |amplitude: fn(&Ripple) -> f64| -> Complex<f64> {
@@ -244,13 +246,15 @@ pub(crate) fn sections(fit: &IdentificationFit) -> Vec<Section> {
 
 /// The part of the weld that every row is in, by the tracker; `None` without one.
 fn parts(log: &Log) -> Option<Vec<WeldPart>> {
-    let (weld, position) = (log.weld.as_ref()?, log.samples.position.as_ref()?);
+    let weld = log.weld.as_ref()?;
+    let position = filled_vectors(&log.samples.position)?;
     let time = &log.samples.time;
     let n = time.len();
     let step = (time[n - 1] - time[0]) / (n - 1).max(1) as f64;
     let half = ((FEED_HALF_WINDOW / step) as usize).max(1);
     let speed = |from: usize, to: usize| {
-        (position[to] - position[from]).norm() / (time[to] - time[from]).max(step)
+        let moved = Vector3::from_fn(|c, _| position[c][to] - position[c][from]);
+        moved.norm() / (time[to] - time[from]).max(step)
     };
     let mut parts = Vec::with_capacity(n);
     for k in 0..n {

@@ -54,12 +54,11 @@ fn lines(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
     let half = sorted.len() / 2;
-    let mean = |part: &[(f64, f64)]| {
-        let n = part.len() as f64;
-        let (x, y) = part.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0, s.1 + p.1));
-        (x / n, y / n)
+    let middle = |part: &[(f64, f64)]| {
+        let (mut x, mut y): (Vec<f64>, Vec<f64>) = part.iter().copied().unzip();
+        (median(&mut x).unwrap_or(f64::NAN), median(&mut y).unwrap_or(f64::NAN))
     };
-    let (low, high) = (mean(&sorted[..half]), mean(&sorted[half..]));
+    let (low, high) = (middle(&sorted[..half]), middle(&sorted[half..]));
     let slope = (high.1 - low.1) / (high.0 - low.0);
     if slope.is_finite() && slope.abs() > 1e-4 && !is_near(slope.abs(), 1.0) {
         // Through zero, weighted by the angle, and with an offset.
@@ -86,9 +85,12 @@ fn angle(row: &LogRow, robot: &Robot<f64>, joint: usize) -> Option<f64> {
     let position = row.position?;
     let frames = robot.frames(&row.encoder);
     let axis = frames.rotation[joint] * robot.parameters().joints[joint].axis;
+    // The point that the tracker saw.
+    let at = frames.tcp.position + frames.tcp.rotation * row.point;
+    let seen = Pose { position: at, ..frames.tcp };
     let square = |by: f64| {
         // Only what lies behind the joint turns with it.
-        let turned = turned_about(&frames.tcp, &frames.origin[joint], &(axis * by));
+        let turned = turned_about(&seen, &frames.origin[joint], &(axis * by));
         squared_distance(&turned, &position, row.rotation.as_ref())
     };
     let step = TAU / LINE_ANGLES_TRIED as f64;

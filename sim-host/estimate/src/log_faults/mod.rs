@@ -26,7 +26,7 @@ mod write;
 use crate::predict::{BaselineModel, period};
 use nalgebra::Vector3;
 use rows::LogRow;
-use trueweld_core::{JOINTS, Pose};
+use trueweld_core::{JOINTS, JointVector, Pose};
 use trueweld_logs::channel::LogChannel;
 use trueweld_logs::log::{ColumnMapping, Log, LogKind};
 use trueweld_logs::register::{self, PosePair, Registration};
@@ -361,9 +361,23 @@ fn one_tracker(logs: &[Log], seen: &[Vec<PosePair>], members: &[usize]) -> Optio
     Some(Registered { logs: names, registration: found })
 }
 
+/// True for a weld whose tool moves about as fast as its feed: its times are in seconds.
+fn is_at_feed(log: &Log) -> bool {
+    let (Some(weld), [begin, .., end]) = (&log.weld, log.samples.time.as_slice()) else {
+        return false;
+    };
+    let robot = &log.robot.robot;
+    let at = |q: &JointVector<f64>| robot.forward_kinematics(q).position;
+    let ways = log.samples.encoder.windows(2).map(|q| (at(&q[1]) - at(&q[0])).norm());
+    let speed = ways.filter(|way| way.is_finite()).sum::<f64>() / (end - begin);
+    (0.1..10.0).contains(&(speed / weld.feed))
+}
+
 /// Logs in motion whose times are not in seconds.
 fn time_units(logs: &[Log]) -> Vec<Mistake> {
-    let slow = |log: &&Log| log.kind != LogKind::StaticLoad && period(log) >= SAMPLING_PERIOD_MAX;
+    let slow = |log: &&Log| {
+        log.kind != LogKind::StaticLoad && period(log) >= SAMPLING_PERIOD_MAX && !is_at_feed(log)
+    };
     let mut slow: Vec<&Log> = logs.iter().filter(slow).collect();
     let Some(step) = slow.iter().map(|log| period(log)).reduce(f64::max) else {
         return Vec::new();

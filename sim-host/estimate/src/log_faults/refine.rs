@@ -6,7 +6,7 @@
 
 use super::Registered;
 use crate::AUTOCORRELATION_INFLATION;
-use crate::predict::{BaselineModel, Compared, ComparedQuantity, PreparedLog};
+use crate::predict::{BaselineModel, Compared, ComparedQuantity, PreparedLog, filled_vectors};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use trueweld_core::Pose;
 use trueweld_core::spatial::{rotation_from_vector, skew};
@@ -133,12 +133,14 @@ fn slopes(log: &Log, levels: &NoiseLevels, model: &BaselineModel) -> Option<Vec<
     let experiment = PreparedLog::new(log, levels, model).ok()?;
     let residual = experiment.predict(model, &[], None).ok()?.residual;
     let samples = &log.samples;
-    let (positions, rotations) = (samples.position.as_ref()?, samples.rotation.as_ref());
+    // Between the readings of a slow tracker its band is compared as well.
+    let (positions, rotations) = (filled_vectors(&samples.position)?, samples.rotation.as_ref());
     let slope = |compared: &Compared| {
         let read = rotations.map(|r| r[compared.row]).filter(|r| r.sum().is_finite());
         let nominal = || model.robot.forward_kinematics(&samples.encoder[compared.row]).rotation;
         let rotation = read.map_or_else(nominal, |r| rotation_from_vector(&r));
-        registration_slope(compared, &positions[compared.row], &rotation)
+        let position = Vector3::from_fn(|c, _| positions[c][compared.row]);
+        registration_slope(compared, &position, &rotation)
     };
     let rows = experiment.compared.iter().zip(residual);
     Some(rows.filter_map(|(compared, residual)| Some((slope(compared)?, residual))).collect())

@@ -1,5 +1,6 @@
 //! A few rows of every log, enough to tell a gross mistake.
 
+use crate::predict::{filled, filled_vectors};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::spatial::rotation_from_vector;
 use trueweld_core::{JOINTS, JointVector, Robot, Wrench};
@@ -69,28 +70,42 @@ impl LogRow {
         let vector = |series: &Option<Vec<Vector3<f64>>>, k: usize| {
             series.as_ref().map(|v| v[k]).filter(|v| v.sum().is_finite())
         };
+        // In motion what is read more seldom than the encoders goes on between its readings. A load that
+        // was not read is not known: its row tells nothing.
+        let loads = [&s.force, &s.moment];
+        let through = loads.map(filled_vectors);
+        let is_read = |k: usize| match moving {
+            true => {
+                loads.iter().zip(&through).all(|(read, whole)| read.is_none() || whole.is_some())
+            }
+            false => loads.iter().all(|read| read.is_none() || vector(read, k).is_some()),
+        };
+        let torque: [Option<Vec<f64>>; JOINTS] = std::array::from_fn(|i| match moving {
+            true => filled(s.motor_torque[i].as_ref()?),
+            false => s.motor_torque[i].clone(),
+        });
         let still = Payload { mass: 0.0, centre: Vector3::zeros() };
         (0..count)
             .map(row)
+            .filter(|k| is_read(*k))
             .map(|k| {
                 let joints = |d: usize| JointVector::from_fn(|i, _| at(d, &|r| s.encoder[r][i], k));
-                let load = |series: &Option<Vec<Vector3<f64>>>| {
-                    let Some(now) = vector(series, k) else { return Vector3::zeros() };
-                    let known = |r: usize| vector(series, r).unwrap_or(now);
-                    Vector3::from_fn(|c, _| at(0, &|r| known(r)[c], k))
+                let load = |whole: &Option<[Vec<f64>; 3]>| match whole {
+                    Some(whole) => Vector3::from_fn(|c, _| at(0, &|r| whole[c][r], k)),
+                    None => Vector3::zeros(),
                 };
                 Self {
                     at_rest: !moving,
                     encoder: s.encoder[k],
                     rate: joints(1),
                     acceleration: joints(2),
-                    wrench: Wrench { moment: load(&s.moment), force: load(&s.force) },
+                    wrench: Wrench { moment: load(&through[1]), force: load(&through[0]) },
                     payload: s.payload.as_ref().map_or(still, |p| p[k]),
                     position: vector(&s.position, k),
                     point: log.origin.target.unwrap_or_else(Vector3::zeros),
                     rotation: vector(&s.rotation, k).map(|r| rotation_from_vector(&r)),
                     torque: JointVector::from_fn(|i, _| {
-                        s.motor_torque[i].as_ref().map_or(f64::NAN, |t| at(0, &|r| t[r], k))
+                        torque[i].as_ref().map_or(f64::NAN, |t| at(0, &|r| t[r], k))
                     }),
                 }
             })

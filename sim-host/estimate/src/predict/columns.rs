@@ -15,7 +15,7 @@ pub(crate) fn period(log: &Log) -> f64 {
 }
 
 /// A series whose missing values are filled along straight lines; `None` where it has none at all.
-pub(super) fn filled(series: &[f64]) -> Option<Vec<f64>> {
+pub(crate) fn filled(series: &[f64]) -> Option<Vec<f64>> {
     let known: Vec<usize> = (0..series.len()).filter(|k| series[*k].is_finite()).collect();
     let (first, last) = (*known.first()?, *known.last()?);
     let mut out = series.to_vec();
@@ -110,7 +110,7 @@ pub(super) fn wrench_columns(log: &Log) -> [[Vec<f64>; 3]; 2] {
 }
 
 /// Three columns of vectors, filled.
-pub(super) fn filled_vectors(series: &Option<Vec<Vector3<f64>>>) -> Option<[Vec<f64>; 3]> {
+pub(crate) fn filled_vectors(series: &Option<Vec<Vector3<f64>>>) -> Option<[Vec<f64>; 3]> {
     let series = series.as_ref()?;
     let column = |i: usize| filled(&series.iter().map(|v| v[i]).collect::<Vec<_>>());
     Some([column(0)?, column(1)?, column(2)?])
