@@ -107,7 +107,7 @@ mod tests {
     }
 
     fn residuals(residual: Vec<f64>) -> Residuals {
-        vec![Prediction { residual, motion: None, late: None, free_play_term: 0.0 }]
+        vec![Prediction { residual, motion: None, late: None, not_evidence: 0.0 }]
     }
 
     fn fitted(point: FitState, residual: Vec<f64>, slopes: Vec<Slopes>) -> Fitted {

@@ -178,10 +178,10 @@ fn columns(
 }
 
 /// Fall of the sum of squares from one model to another that is no evidence: links that are put where
-/// they were seen are put there noise and all.
+/// they were seen are put there noise and all, and a clock that is moved was not expected there.
 pub(crate) fn prior_penalty(before: &Residuals, after: &Residuals) -> f64 {
-    let free_play_term = |at: &Residuals| at.iter().map(|p| p.free_play_term).sum::<f64>();
-    free_play_term(after) - free_play_term(before)
+    let not_evidence = |at: &Residuals| at.iter().map(|p| p.not_evidence).sum::<f64>();
+    not_evidence(after) - not_evidence(before)
 }
 
 /// Sum of squares that noise may make, as far as it is known.

@@ -98,7 +98,7 @@ impl Series {
             residual,
             motion: Some(self.motion.clone()),
             late: None,
-            free_play_term: 0.0,
+            not_evidence: 0.0,
         };
         let (experiments, logs) =
             (std::slice::from_ref(&self.experiment), std::slice::from_ref(&self.log));

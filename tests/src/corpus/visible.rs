@@ -95,7 +95,7 @@ impl Context {
                 .map(|(c, r)| theirs.get(&key(c)).map_or(0.0, |t| t / c.deviation - r))
                 .collect();
             weigh(&mut residual, &self.weights[log]);
-            difference.push(Prediction { residual, motion: None, late: None, free_play_term: 0.0 });
+            difference.push(Prediction { residual, motion: None, late: None, not_evidence: 0.0 });
         }
         let free: Vec<usize> = (0..self.point.free.len())
             .filter(|k| {

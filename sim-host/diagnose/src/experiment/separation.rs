@@ -241,7 +241,7 @@ impl RivalPrediction {
             residual: difference.to_vec(),
             motion: None,
             late: None,
-            free_play_term: 0.0,
+            not_evidence: 0.0,
         }];
         let mut linear = unexpected(problem, &at, &self.slopes.iter().collect::<Vec<_>>(), weights);
         // What the logs so far say counts as one more block.

@@ -73,4 +73,10 @@ impl OpenClock {
         residual.copy_from_slice(&settled);
         Some(by.component_mul(&self.deviation).into())
     }
+
+    /// Squares of how far the clock is off, s, over what was expected.
+    pub(crate) fn prior(&self, late: [f64; 2]) -> f64 {
+        let off = late.iter().zip(&self.deviation).filter(|(_, expected)| **expected > 0.0);
+        off.map(|(late, expected)| (late / expected).powi(2)).sum()
+    }
 }

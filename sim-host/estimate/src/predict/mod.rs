@@ -26,6 +26,7 @@ mod reach;
 mod standing;
 
 pub(crate) use columns::period;
+pub(crate) use columns::{filled, filled_vectors};
 pub use compared::{Compared, ComparedQuantity};
 pub(crate) use contact::Folded;
 pub use memory::{StartFit, StartState};
@@ -122,8 +123,9 @@ pub struct Prediction {
     /// By how much a tracker whose clock is not given is later than the clock that was fitted before,
     /// s: in the middle of the log, and more at its end.
     pub late: Option<[f64; 2]>,
-    /// What it takes from the evidence that links are put where they were seen, as a sum of squares.
-    pub free_play_term: f64,
+    /// What it takes from the evidence, as a sum of squares, that links are put where they were seen and
+    /// a tracker's clock where it fits.
+    pub not_evidence: f64,
 }
 
 /// A log that cannot be compared, or a model that cannot be driven through it.
@@ -370,11 +372,11 @@ impl PreparedLog {
         if residual.iter().any(|r| !r.is_finite()) {
             return Err(PredictError::Diverged { log: self.name.clone() });
         }
-        let free_play_term = match (&self.standing, &motion) {
-            (Some(standing), Some(motion)) => standing.free_play_term(&robot, motion),
-            _ => 0.0,
-        };
-        Ok(Prediction { residual, motion, late, free_play_term })
+        let of_links = self.standing.as_ref().zip(motion.as_ref());
+        let of_links = of_links.map_or(0.0, |(links, motion)| links.free_play_term(&robot, motion));
+        let of_clock = self.clock.as_ref().zip(late).map_or(0.0, |(clock, by)| clock.prior(by));
+        let not_evidence = of_links + of_clock;
+        Ok(Prediction { residual, motion, late, not_evidence })
     }
 
     /// Residuals over their noise; poses and loads from another prediction where that is given.
