@@ -41,11 +41,7 @@ const MEASURED_DEVIATION_MAX: f64 = 0.5;
 /// The same of another number of the model, as a share of its plausible range.
 const MEASURED_OF_RANGE: f64 = 0.05;
 
-/// Variance over what residuals and the encoders' noise make of it: slopes are those nearby, and taken
-/// with noise themselves. Set on the coverage campaigns of seed 7, judged on those of seed 9.
-const UNMODELLED_VARIANCE_RATIO: f64 = 1.5;
-
-/// The same over what residuals alone make of it, where there is no time to ask for the encoders' part.
+/// Variance over what residuals alone make of it, where there is no time to ask for the encoders' part.
 const LEFT_OUT_UNASKED: f64 = 2.0;
 
 /// Steps that values take once the model's own numbers are free beside them.
@@ -237,8 +233,7 @@ fn tell(
     let covariance = if problem.is_late() {
         LEFT_OUT_UNASKED * of_fit
     } else {
-        UNMODELLED_VARIANCE_RATIO
-            * (of_fit + encoder_noise::covariance(problem, logs, fitted, &linear.prior)?)
+        of_fit + encoder_noise::covariance(problem, logs, fitted, &linear.prior)?
     };
     let of_values = covariance.component_mul(&(&unit * unit.transpose()));
     let all = candidates(fitted);

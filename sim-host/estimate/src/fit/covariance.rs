@@ -2,8 +2,9 @@
 //! other.
 //!
 //! With the curvature H = Σ AᵀA + W, W the priors', it is H⁻¹ (S + W) H⁻¹. S is what noise makes of
-//! the gradient Aᵀr: the residuals of a quantity are taken for an autoregressive process, of the
-//! order that Akaike's criterion has, and those of columns of the same rows go together as their
+//! the gradient Aᵀr: the residuals of each column are taken for an autoregressive process, of the
+//! order that Akaike's criterion has (the encoders' noise makes the torque of a heavy axis blue, and
+//! leaves that of a wrist white), and those of columns of the same rows go together as their
 //! innovations do. A fit takes of the noise what it can, the slow part first: what residuals lack of
 //! it is found by fitting simulated noise. S is made of a product with itself, so that nothing falls
 //! below zero. Where the ten blocks in time disagree by more than that leaves to chance, the model is
@@ -24,7 +25,8 @@ pub struct ResidualColumn {
     pub at: Vec<usize>,
     /// Rows of the log that they belong to.
     pub rows: Vec<usize>,
-    /// Columns of the same number have one noise level.
+    /// Columns of the same number have one noise process: those of a quantity, where each has few rows
+    /// that are apart.
     pub level: usize,
     /// False where rows are apart from each other: each at rest.
     pub follows: bool,
@@ -39,11 +41,12 @@ fn columns_of(experiment: &PreparedLog) -> Vec<ResidualColumn> {
     let mut columns = BTreeMap::new();
     let mut levels = Vec::new();
     for (k, c) in experiment.compared.iter().enumerate() {
-        let level = levels.iter().position(|q| *q == c.quantity).unwrap_or_else(|| {
-            levels.push(c.quantity);
+        let follows = experiment.period.is_finite();
+        let process = (c.quantity, follows.then_some(c.component));
+        let level = levels.iter().position(|known| *known == process).unwrap_or_else(|| {
+            levels.push(process);
             levels.len() - 1
         });
-        let follows = experiment.period.is_finite();
         let column = columns.entry((c.quantity, c.component)).or_insert(ResidualColumn {
             at: Vec::new(),
             rows: Vec::new(),
@@ -368,7 +371,7 @@ mod tests {
         let blocks = vec![(0..2 * ROWS).map(|k| (k % ROWS * BLOCKS / ROWS) as u8).collect()];
         let all: Vec<&Slopes> = slopes.iter().collect();
         let of = |residual: Vec<f64>| {
-            let at = vec![Prediction { residual, motion: None, late: None, free_play_term: 0.0 }];
+            let at = vec![Prediction { residual, motion: None, late: None, not_evidence: 0.0 }];
             let prior = DMatrix::zeros(3, 3);
             (Linear::new(&blocks, &at, &all, prior, DVector::zeros(3)), at)
         };
