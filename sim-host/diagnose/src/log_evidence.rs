@@ -109,10 +109,7 @@ impl<'p> RivalNoise<'p> {
     ) -> f64 {
         let after = fitted.residuals_from_others(blocks);
         let penalty = prior_penalty(&null.residuals, &fitted.residuals);
-        // A calibration that is off by more than was expected is a part of the description.
-        let prior = |fitted: &Fitted| fitted.cost - fit::chi_square(&fitted.residuals);
-        self.gain([before, &after], penalty) + 0.5 * (prior(null) - prior(fitted))
-            - price(self.problem, null, fitted)
+        self.gain([before, &after], penalty) - price(self.problem, null, fitted)
     }
 }
 
