@@ -73,7 +73,9 @@ fn weld_beside(protocol: &Path) -> PathBuf {
 fn write_protocol(plan: &Plan, model: &ModelFile, path: &Path) -> Result<()> {
     let weld = weld_beside(path);
     if let Some(made) = &plan.log.weld {
-        write(&weld, &weld_file(made))?;
+        // The first line says who wrote it: the next run may write over it.
+        let head = "# The weld of an experiment, written by trueweld diagnose.\n";
+        write(&weld, &[head, &weld_file(made)].concat())?;
     }
     let model = model.path.canonicalize().into_diagnostic()?;
     let name = weld.file_name().unwrap_or_default().to_string_lossy();

@@ -282,7 +282,7 @@ pub(crate) fn check_outputs(outputs: &[(&str, &Path)]) -> Result<()> {
     Ok(())
 }
 
-/// True where no file of settings or source is, or one that a command wrote: its first line says so. What a
+/// True where no file of settings or source is, or one that a command wrote: its first lines say so. What a
 /// person wrote is not written over.
 fn may_be_replaced(path: &Path) -> bool {
     match std::fs::read_to_string(path) {

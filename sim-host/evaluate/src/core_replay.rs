@@ -346,18 +346,15 @@ impl CoreRun {
     }
 }
 
-/// What a status says: a wrong call, nothing, or a fault.
-fn sense(status: f64) -> f64 {
-    if status == 0.0 { 0.0 } else { status.signum() }
-}
-
 /// The first bit that differs, a fault before a torque before a correction: what and where, as recorded
 /// and as computed.
 fn first_difference(
     recorded: &CoreOutputs,
     computed: &CoreOutputs,
 ) -> Option<(CoreOutput, usize, f64, f64)> {
-    if sense(recorded.status) != sense(computed.status) {
+    // Below nothing a wrong call, above it a fault.
+    let [before, now] = [recorded, computed].map(|of| of.status.partial_cmp(&0.0));
+    if before != now {
         return Some((CoreOutput::Fault, 0, recorded.status, computed.status));
     }
     let six = |output, a: [f64; 6], b: [f64; 6]| {

@@ -69,11 +69,12 @@ fn read_npz(path: &Path) -> Result<Vec<NamedArray>, InputError> {
     if !members.iter().any(|member| member.ends_with(".npy")) {
         return Err(other_archive(&name, &members));
     }
-    let mut arrays: Vec<NamedArray> = Vec::new();
+    let (mut arrays, mut held): (Vec<NamedArray>, usize) = (Vec::new(), 0);
     for place in 0..archive.len() {
         let more = member(&mut archive, place);
-        arrays.extend(more.map_err(|message| damaged(&name, message, NUMPY_HELP))?);
-        let held: usize = arrays.iter().map(|array| size_of_val(&array.values[..])).sum();
+        let more = more.map_err(|message| damaged(&name, message, NUMPY_HELP))?;
+        held += more.iter().map(|array| size_of_val(&array.values[..])).sum::<usize>();
+        arrays.extend(more);
         if held as u64 > ARRAY_BYTES_MAX {
             let message = format!("its arrays take more than {ARRAY_BYTES_MAX} bytes together");
             return Err(damaged(&name, message, NUMPY_HELP));
