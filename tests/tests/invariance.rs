@@ -171,26 +171,36 @@ proptest! {
         rewritings in subsequence(REWRITINGS.to_vec(), 1..=4),
         seed: u64,
     ) {
-        for (clean, expected) in [&*SOFT_BASE, &*SOUND] {
-            let folder = tempfile::tempdir().expect("a folder");
-            copy(clean.path(), folder.path());
-            let mut random = Random::new(seed, 0);
-            // Units last: what is rewritten before is in those of the plain file.
-            rewritings.iter().rev().for_each(|one| {
-                if !matches!(one, Rewriting::Millimetres | Rewriting::DoubledByFactor) {
-                    one.apply(folder.path(), &mut random);
-                }
-            });
-            rewritings.iter().for_each(|one| {
-                if matches!(one, Rewriting::Millimetres | Rewriting::DoubledByFactor) {
-                    one.apply(folder.path(), &mut random);
-                }
-            });
-            // Those that the logs do not tell apart are one answer, in whichever order.
-            let (mut found, mut expected) = (answer(folder.path()), expected.clone());
-            found.sort_unstable();
-            expected.sort_unstable();
-            prop_assert_eq!(found, expected, "{:?}", rewritings);
-        }
+        let [(found, expected), sound] = answers(&rewritings, seed);
+        prop_assert_eq!(found, expected, "{:?}", rewritings);
+        prop_assert_eq!(sound.0, sound.1, "{:?}", rewritings);
     }
+}
+
+#[test]
+fn a_wild_load_alone_at_its_posture_changes_no_answer() {
+    // The second half of the loads begins with one of a posture whose others are in the first half.
+    let [(found, expected), _] =
+        answers(&[Rewriting::InTwo, Rewriting::WildRows], 15_842_010_985_178_766_906);
+    assert_eq!(found, expected);
+}
+
+/// The answer to what a campaign became, and to the campaign: of one on a soft base, and of one with
+/// nothing missing. Those that the logs do not tell apart are one answer, in whichever order.
+fn answers(rewritings: &[Rewriting], seed: u64) -> [(Vec<String>, Vec<String>); 2] {
+    [&*SOFT_BASE, &*SOUND].map(|(clean, expected)| {
+        let folder = tempfile::tempdir().expect("a folder");
+        copy(clean.path(), folder.path());
+        let mut random = Random::new(seed, 0);
+        let is_unit =
+            |one: &Rewriting| matches!(one, Rewriting::Millimetres | Rewriting::DoubledByFactor);
+        // Units last: what is rewritten before is in those of the plain file.
+        let others = rewritings.iter().rev().filter(|one| !is_unit(one));
+        let units = rewritings.iter().filter(|one| is_unit(one));
+        others.chain(units).for_each(|one| one.apply(folder.path(), &mut random));
+        let (mut found, mut expected) = (answer(folder.path()), expected.clone());
+        found.sort_unstable();
+        expected.sort_unstable();
+        (found, expected)
+    })
 }

@@ -4,7 +4,9 @@
 //! What a cell does at one posture follows the load, so that its other loads show it too. A load is
 //! an outlier only where it is off the median of its posture by far more than loads of this log are,
 //! and where so few are that they are no part of what the cell does. What a motion has of the kind is
-//! left out where logs are read, by the rows before and after.
+//! left out where logs are read, by the rows before and after. A load that is alone at its posture is
+//! an outlier only where it is off all loads of the log besides, and further than loads make the arm
+//! go at any posture.
 
 use crate::fit::{FitProblem, FitState};
 use crate::predict::{ANOTHER_POSTURE, ComparedQuantity, PredictError, Prediction, PreparedLog};
@@ -19,7 +21,7 @@ const POSTURE_LOADS_MIN: usize = 4;
 /// Most loads of a log, as a share, that are outliers: what occurs more often is how the cell is.
 const OUTLYING_LOADS_SHARE_MAX: f64 = 0.05;
 
-/// Takes from loads at rest what the other loads of their posture contradict, and says so in the
+/// Takes from loads at rest what other loads contradict, and says so in the
 /// logs' notices. `logs`: those that the problem's logs were made of. Returns true where something
 /// was taken, so that they are to be made ready again.
 ///
@@ -58,28 +60,50 @@ struct OutlyingLoads {
     largest: f64,
 }
 
-/// What a load misses the model by in one quantity, by component: over the noise.
-type LoadResidual = BTreeMap<u8, f64>;
+/// What a load reads in one quantity, by component.
+type LoadReadings = BTreeMap<u8, LoadReading>;
+
+struct LoadReading {
+    measured: f64,
+    /// What it misses the model by, over the noise.
+    residual: f64,
+}
 
 fn outlying_loads(
     samples: &Samples,
     experiment: &PreparedLog,
     prediction: &Prediction,
 ) -> Vec<OutlyingLoads> {
-    let mut of_quantity: BTreeMap<ComparedQuantity, BTreeMap<usize, LoadResidual>> =
+    let mut of_quantity: BTreeMap<ComparedQuantity, BTreeMap<usize, LoadReadings>> =
         BTreeMap::new();
     let mut unit: BTreeMap<ComparedQuantity, f64> = BTreeMap::new();
     for (compared, residual) in experiment.compared.iter().zip(&prediction.residual) {
         let loads = of_quantity.entry(compared.quantity).or_default();
-        loads.entry(compared.row).or_default().insert(compared.component, *residual);
+        let reading = LoadReading { measured: compared.measured, residual: *residual };
+        loads.entry(compared.row).or_default().insert(compared.component, reading);
         unit.insert(compared.quantity, compared.deviation);
     }
     let postures = postures(samples);
     let told = of_quantity.into_iter().filter_map(|(quantity, loads)| {
-        let off = off_posture(&loads, &postures);
-        let rows = outliers(&off)?;
-        let largest = rows.iter().map(|row| off[row]).fold(0.0, f64::max) * unit[&quantity];
-        Some(OutlyingLoads { quantity, rows, largest })
+        let unit = unit[&quantity];
+        let (witnessed, alone): (Vec<_>, Vec<_>) =
+            rows_read(&loads, &postures).partition(|rows| rows.len() >= POSTURE_LOADS_MIN);
+        let mut off = off_median(&loads, &witnessed);
+        let mut rows = outliers(&off);
+        // What no other load of its posture can contradict is held against the whole log.
+        let everywhere = off_median(&loads, &[loads.keys().copied().collect()]);
+        let reach = largest_reach(&loads, &witnessed, &rows) / unit;
+        for row in far_out(&everywhere).into_iter().filter(|row| alone.concat().contains(row)) {
+            if everywhere[&row] > reach {
+                off.insert(row, everywhere[&row]);
+                rows.push(row);
+            }
+        }
+        rows.sort_unstable();
+        let most = (OUTLYING_LOADS_SHARE_MAX * loads.len() as f64).ceil();
+        let largest = rows.iter().map(|row| off[row]).fold(0.0, f64::max) * unit;
+        let told = !rows.is_empty() && rows.len() as f64 <= most;
+        told.then_some(OutlyingLoads { quantity, rows, largest })
     });
     told.collect()
 }
@@ -98,41 +122,74 @@ fn postures(samples: &Samples) -> Vec<Vec<usize>> {
     postures
 }
 
-/// By how much each load is off the median of its posture, over the noise; of postures with enough
-/// loads.
-fn off_posture(
-    loads: &BTreeMap<usize, LoadResidual>,
-    postures: &[Vec<usize>],
+/// Rows of each posture with a reading.
+fn rows_read<'a>(
+    loads: &'a BTreeMap<usize, LoadReadings>,
+    postures: &'a [Vec<usize>],
+) -> impl Iterator<Item = Vec<usize>> + 'a {
+    let is_read = |row: &usize| loads.contains_key(row);
+    postures.iter().map(move |rows| rows.iter().copied().filter(is_read).collect())
+}
+
+/// By how much each load is off the median of its group, over the noise.
+fn off_median(
+    loads: &BTreeMap<usize, LoadReadings>,
+    groups: &[Vec<usize>],
 ) -> BTreeMap<usize, f64> {
     let mut off: BTreeMap<usize, f64> = BTreeMap::new();
-    for rows in postures {
-        let own: Vec<usize> = rows.iter().copied().filter(|row| loads.contains_key(row)).collect();
-        if own.len() < POSTURE_LOADS_MIN {
-            continue;
-        }
-        let components: Vec<u8> = loads[&own[0]].keys().copied().collect();
-        for component in components {
-            let of = |row: &usize| loads[row].get(&component).copied();
-            let Some(middle) = median(&mut own.iter().filter_map(of).collect::<Vec<_>>()) else {
+    for rows in groups {
+        for component in components(loads, rows) {
+            let of = |row: &usize| loads[row].get(&component).map(|reading| reading.residual);
+            let Some(middle) = median(&mut rows.iter().filter_map(of).collect::<Vec<_>>()) else {
                 continue;
             };
-            for row in &own {
-                let square = of(row).map_or(0.0, |residual| (residual - middle).powi(2));
+            for row in rows {
+                let miss = of(row).map_or(0.0, |residual| residual - middle);
                 let sum: &mut f64 = off.entry(*row).or_default();
-                *sum = sum.hypot(square.sqrt());
+                *sum = sum.hypot(miss);
             }
         }
     }
     off
 }
 
+fn components(loads: &BTreeMap<usize, LoadReadings>, rows: &[usize]) -> Vec<u8> {
+    rows.first().map_or_else(Vec::new, |row| loads[row].keys().copied().collect())
+}
+
+/// How far a quantity goes at one posture by its loads, at most, in its unit: further off than that,
+/// a reading is not what the load does to the arm. Infinite where no posture tells.
+fn largest_reach(
+    loads: &BTreeMap<usize, LoadReadings>,
+    postures: &[Vec<usize>],
+    outliers: &[usize],
+) -> f64 {
+    let reach = |rows: &Vec<usize>| {
+        let spans = components(loads, rows).into_iter().map(|component| {
+            let usual = rows.iter().filter(|row| !outliers.contains(row));
+            let read = usual.filter_map(|row| loads[row].get(&component));
+            let [low, high] = read.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], one| {
+                [low.min(one.measured), high.max(one.measured)]
+            });
+            (high - low).max(0.0)
+        });
+        spans.fold(0.0, f64::hypot)
+    };
+    postures.iter().map(reach).max_by(f64::total_cmp).unwrap_or(f64::INFINITY)
+}
+
 /// The rows that stand far out of all, where they are few.
-fn outliers(off: &BTreeMap<usize, f64>) -> Option<Vec<usize>> {
-    let usual = median(&mut off.values().copied().collect::<Vec<_>>())?.max(1.0);
-    let far = off.iter().filter(|(_, off)| **off > OUTLIER_DEVIATIONS * usual);
-    let rows: Vec<usize> = far.map(|(row, _)| *row).collect();
+fn outliers(off: &BTreeMap<usize, f64>) -> Vec<usize> {
+    let rows = far_out(off);
     let most = (OUTLYING_LOADS_SHARE_MAX * off.len() as f64).ceil();
-    (!rows.is_empty() && rows.len() as f64 <= most).then_some(rows)
+    if rows.len() as f64 <= most { rows } else { Vec::new() }
+}
+
+/// The rows that are off by far more than rows are.
+fn far_out(off: &BTreeMap<usize, f64>) -> Vec<usize> {
+    let usual = median(&mut off.values().copied().collect::<Vec<_>>()).unwrap_or(0.0).max(1.0);
+    let far = off.iter().filter(|(_, off)| **off > OUTLIER_DEVIATIONS * usual);
+    far.map(|(row, _)| *row).collect()
 }
 
 /// Takes the reading of a quantity from a row.
@@ -164,24 +221,40 @@ mod tests {
 
     #[test]
     fn few_loads_that_stand_far_out_are_outliers() {
-        assert_eq!(outliers(&loads(|_| 0.0)), None);
+        assert!(outliers(&loads(|_| 0.0)).is_empty());
         let far = loads(|row| if row % 25 == 7 { 100.0 } else { 0.0 });
-        assert_eq!(outliers(&far), Some(vec![7, 32, 57]));
+        assert_eq!(outliers(&far), vec![7, 32, 57]);
         let near = loads(|row| if row == 7 { 5.0 } else { 0.0 });
-        assert_eq!(outliers(&near), None, "an effect that not all loads show");
+        assert!(outliers(&near).is_empty(), "an effect that not all loads show");
         let often = loads(|row| if row % 6 == 5 { 100.0 } else { 0.0 });
-        assert_eq!(outliers(&often), None, "the largest load of every posture is how the cell is");
+        assert!(
+            outliers(&often).is_empty(),
+            "the largest load of every posture is how the cell is"
+        );
     }
 
     #[test]
     fn a_load_is_judged_by_its_own_posture() {
-        let residual = |value: f64| LoadResidual::from([(0, value), (1, -value)]);
         // Two postures whose places the tracker sees apart, and one load that is off.
         let value =
             |row: usize| if row < 5 { 3.0 } else { -40.0 } + if row == 8 { 9.0 } else { 0.0 };
-        let loads = (0..10).map(|row| (row, residual(value(row)))).collect();
-        let off = off_posture(&loads, &[(0..5).collect(), (5..10).collect()]);
+        let loads = (0..10).map(|row| (row, readings(value(row)))).collect();
+        let off = off_median(&loads, &[(0..5).collect(), (5..10).collect()]);
         assert!(off.iter().all(|(row, off)| (*row == 8) == (*off > 1.0)), "{off:?}");
         assert!((off[&8] - 9.0 * 2_f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_loads_do_at_a_posture_is_as_far_as_they_make_it_go() {
+        let loads: BTreeMap<usize, LoadReadings> =
+            (0..10).map(|row| (row, readings(row as f64))).collect();
+        let postures = [(0..4).collect(), (4..10).collect()];
+        assert!((largest_reach(&loads, &postures, &[9]) - 4.0 * 2_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(largest_reach(&loads, &[], &[]), f64::INFINITY);
+    }
+
+    fn readings(value: f64) -> LoadReadings {
+        let reading = |value: f64| LoadReading { measured: value, residual: value };
+        LoadReadings::from([(0, reading(value)), (1, reading(-value))])
     }
 }

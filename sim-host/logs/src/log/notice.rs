@@ -148,13 +148,13 @@ pub enum LogNotice {
         /// True where they are not compared; false where there are too many of them.
         left_out: bool,
     },
-    /// Loads at rest that the other loads of their posture contradict in this channel: not compared.
+    /// Loads at rest that the other loads contradict in this channel: not compared.
     OutlyingLoads {
         /// The channel.
         channel: LogChannel,
         /// Rows of the samples, from 1.
         rows: Vec<usize>,
-        /// By how much the worst is off the median of its posture, in the channel's unit.
+        /// By how much the worst is off the median of its posture, or of the log, in the channel's unit.
         largest: f64,
     },
     /// Forces of a weld that are not compared: rows are so far apart that a line of the spindle shows as a

@@ -161,7 +161,7 @@ pub fn notice(notice: &LogNotice) -> String {
             let entry = channel.entry();
             let rows: Vec<String> = rows.iter().map(usize::to_string).collect();
             format!(
-                "{} of {} {} is off what the other loads of its posture say, by up to {}: not compared; check the load and its \
+                "{} of {} {} is off what the other loads say, by up to {}: not compared; check the load and its \
                  readings there",
                 entry.name,
                 if rows.len() == 1 { "row" } else { "rows" },
