@@ -19,6 +19,10 @@ const FRAME_ITERATIONS: usize = 30;
 /// Force to which they agree, N: a billionth of a weld's.
 const FRAME_TOLERANCE: f64 = 1e-5;
 
+/// Force that frame and contact may be apart by when the iterations are used up, N: where it is more
+/// they have no common place, and nobody knows the force.
+const FRAME_RESIDUAL_MAX: f64 = 1.0;
+
 /// Length of the state vector.
 pub const STATES: usize = 26 + INTERNAL_STATES;
 
@@ -153,7 +157,8 @@ impl Cell {
         state
     }
 
-    /// Frames of the real arm and the process' reaction on its tool.
+    /// Frames of the real arm and the process' reaction on its tool, whose force is NaN where what
+    /// gives under it finds no place.
     #[inline]
     pub fn contact(&self, time: f64, state: &State, drives: &Drives) -> Contact {
         let first = self.contact_at(time, state, drives, self.robot.model.frames(&drives.link));
@@ -173,7 +178,7 @@ impl Cell {
             contact = self.contact_at(time, state, drives, frames);
             let residual = contact.reaction.force - force;
             if residual.amax() < FRAME_TOLERANCE {
-                break;
+                return contact;
             }
             if let Some(before) = before {
                 let change = residual - before;
@@ -181,6 +186,9 @@ impl Cell {
             }
             force += residual * relaxation;
             before = Some(residual);
+        }
+        if before.is_some_and(|residual| residual.amax() > FRAME_RESIDUAL_MAX) {
+            contact.reaction.force.fill(f64::NAN);
         }
         contact
     }

@@ -138,24 +138,29 @@ fn reason(error: KinematicsError) -> &'static str {
 /// millimetres.
 ///
 /// # Errors
-/// Those of [`Robot::inverse_near`] for the planned arm.
+/// Those of [`Robot::inverse_near`] for the planned arm; [`KinematicsError::Unreachable`] where the
+/// real one does not come to the pose.
 pub fn real_inverse_near(
     real: &Robot<f64>,
     planned: &Robot<f64>,
     b_from_t: &Pose<f64>,
     near: &JointVector<f64>,
 ) -> Result<JointVector<f64>, KinematicsError> {
-    // A picometre. Each step leaves a hundredth of what is left and less.
+    // A picometre. Each step leaves a hundredth of what is left and less; where one does not, the real
+    // arm does not reach as far as the planned one.
     const START_POSITION_TOLERANCE: f64 = 1e-12;
+    const START_ERROR_MAX: f64 = 1e-9;
     let mut q = planned.inverse_near(b_from_t, near)?;
+    let mut size = f64::INFINITY;
     for _ in 0..20 {
         let left = real.forward_kinematics(&q).error_to(b_from_t);
-        if left.to_vector().amax() < START_POSITION_TOLERANCE {
+        size = left.to_vector().amax();
+        if size < START_POSITION_TOLERANCE {
             break;
         }
         q = planned.inverse_near(&planned.forward_kinematics(&q).displaced(&left), &q)?;
     }
-    Ok(q)
+    if size < START_ERROR_MAX { Ok(q) } else { Err(KinematicsError::Unreachable) }
 }
 
 /// The taught pose at a posture: with the tool free of contact the real tool stands on the nominal
