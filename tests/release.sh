@@ -10,7 +10,7 @@ into=out/release
 mkdir -p $into
 results=out/release.md
 wants() { [[ " $parts " == *" $1 "* ]]; }
-run() { cargo run --quiet --release -p trueweld-tests -- "$@"; }
+run() { cargo run --quiet --release --bin statistics -- "$@"; }
 
 {
   echo "# Results of a release"

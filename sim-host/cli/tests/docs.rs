@@ -310,6 +310,23 @@ fn every_long_command_in_the_docs_runs_and_prints_what_is_shown() {
     check_pages(true);
 }
 
+/// The pages' `cargo run --release` is the program under test here; for a reader it is what cargo
+/// takes it for, which is the one package that says so.
+#[test]
+fn cargo_runs_the_program_and_nothing_else() {
+    let manifest = |folder: &str| -> toml::Table {
+        let text = fs::read_to_string(repository().join(folder).join("Cargo.toml"));
+        text.expect("a manifest").parse().expect("TOML")
+    };
+    let workspace = manifest(".");
+    let members = workspace["workspace"]["default-members"].as_array().expect("members");
+    let runs = |folder: &str| -> Option<String> {
+        Some(manifest(folder)["package"].get("default-run")?.as_str()?.to_owned())
+    };
+    let run: Vec<String> = members.iter().filter_map(|m| runs(m.as_str()?)).collect();
+    assert_eq!(run, ["trueweld"]);
+}
+
 #[test]
 fn a_stale_figure_is_found() {
     let printed = "lateral, mm   4.226\nlongitudinal, mm  -2.553  (95 %)";
