@@ -8,7 +8,7 @@ use trueweld::WeldingCell;
 use trueweld::laws::{Entry, OwnedLaw};
 use trueweld_core::state::{StateError, StateResult, StateVisitor, Stateful};
 use trueweld_plant::controllers::{ControllerKind, PlantController};
-use trueweld_plant::simulate::{ControlSide, Scenario, WeldProgram};
+use trueweld_plant::simulate::{ControlSide, LimitKind, Scenario, WeldProgram};
 
 /// Before the names of gains, so that none is that of another variable.
 const GAIN_PREFIX: &str = "gain_";
@@ -124,7 +124,9 @@ impl Model for LawModel {
         Commanded::of(&controlled, &reference).store(&mut values[self.outputs.clone()]);
         Ok(match controlled.command.fault {
             None => Stepped::Well,
-            Some(fault) => Stepped::Warned(format!("fault {fault:?}: the torque is a safe one")),
+            Some(fault) => {
+                Stepped::Warned(format!("{}; the torque is a safe one", LimitKind::Fault(fault)))
+            }
         })
     }
 

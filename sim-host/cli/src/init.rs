@@ -1,10 +1,10 @@
 //! `trueweld init`: the folder of a campaign, with what is to be filled in.
 
+use crate::folder::make_folder;
 use clap::Args;
-use miette::{IntoDiagnostic, Result, WrapErr};
+use miette::{IntoDiagnostic, Result};
 use std::fmt::Write as _;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use trueweld_logs::log::{LOG_FILE, LogKind, SAMPLES_FILE};
 use trueweld_plant::input::FILL_IN;
 
@@ -70,15 +70,9 @@ const LOGS: [(&str, LogKind, &str, &str, &str); 4] = [
 /// Runs the command.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let folder = &arguments.folder;
-    // Makes the folder or fails: nothing is written over.
-    let make = |path: &Path| {
-        fs::create_dir(path)
-            .into_diagnostic()
-            .wrap_err_with(|| format!("cannot make the folder {}", path.display()))
-    };
-    make(folder)?;
+    make_folder(folder)?;
     for (name, ..) in LOGS {
-        make(&folder.join(name))?;
+        make_folder(&folder.join(name))?;
     }
     let write = |file: &str, text: String| {
         trueweld_output::write_file(&folder.join(file), text).into_diagnostic()

@@ -26,6 +26,7 @@ mod compare_laws;
 mod diagnose;
 mod export_core;
 mod export_fmu;
+mod folder;
 mod identify;
 mod import_log;
 mod import_urdf;

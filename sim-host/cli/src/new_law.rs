@@ -1,8 +1,8 @@
 //! `trueweld new-law`: a crate with a law and an effect of one's own, to begin with.
 
+use crate::folder::make_folder;
 use clap::Args;
-use miette::{IntoDiagnostic, Result, WrapErr, miette};
-use std::fs;
+use miette::{Result, miette};
 use std::path::{Path, PathBuf};
 use trueweld_compensators::{Entry, library, may_be_name};
 
@@ -40,11 +40,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         return Err(miette!("there is a law {name}; expected a name of its own"));
     }
     let folder = arguments.out.as_deref().unwrap_or(Path::new(name));
-    // Makes the folder or fails: nothing is written over.
-    fs::create_dir(folder)
-        .and_then(|()| fs::create_dir(folder.join("src")))
-        .into_diagnostic()
-        .wrap_err_with(|| format!("cannot make the folder {}", folder.display()))?;
+    make_folder(folder)?;
+    make_folder(&folder.join("src"))?;
     for (file, text) in FILES {
         let mut text = text.replace(EXAMPLE, name);
         for dependency in ["cli", "trueweld"] {

@@ -269,8 +269,8 @@ pub(crate) fn check_outputs(outputs: &[(&str, &Path)]) -> Result<()> {
         }
         let kept = ["toml", "rs", "h"].iter().any(|kept| target.extension() == Some(kept.as_ref()));
         if kept && !may_be_replaced(&target) {
-            let why = "there is a file that trueweld did not write; expected another name, or \
-                       remove it";
+            let why = "there is a file that trueweld did not write, or that is meant to be filled in; \
+                       expected another name, or remove it";
             return refused(flag, path, why);
         }
         if let Some((other, _)) = targets.iter().find(|(_, other)| *other == target) {

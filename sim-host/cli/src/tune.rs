@@ -13,6 +13,7 @@ use trueweld_evaluate::tune::{AskedResponse, TuneError, TuneTask, tune};
 use trueweld_output::{TuneReport, control_toml};
 use trueweld_plant::cell::Cell;
 use trueweld_plant::input::{Control, InputFile};
+use trueweld_plant::sensors::sees_deviation;
 use trueweld_plant::simulate::{ControllerKind, Scenario, WeldProgram};
 
 /// Arguments of `tune`.
@@ -85,7 +86,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<u8> {
     // welds.
     let none = Entry::of::<Uncompensated>();
     let usable = |law: &&Entry| {
-        law.name() != none.name() && (!law.needs().seam_sensor || inputs.sensors.seam.is_some())
+        law.name() != none.name() && (!law.needs().seam_sensor || sees_deviation(&inputs.sensors))
     };
     let mut laws: Vec<Entry> = library().iter().filter(usable).cloned().collect();
     if laws.iter().all(|known| known.name() != law.name()) {

@@ -366,7 +366,7 @@ fn tied_singles(
 /// True for a fit whose effects may be named beside what `before` has.
 fn is_nameable(ctx: &SearchContext<'_>, before: &Fitted, fitted: &Fitted) -> bool {
     let effects = found_over(ctx.problem, before, fitted);
-    may_be_named(ctx.problem, ctx.blocks, (before, fitted), &effects)
+    may_be_named(ctx.problem, (before, fitted), &effects)
 }
 
 /// True for two fits of the same effects at the same places.
@@ -635,9 +635,10 @@ fn weigh(
         return;
     };
     let noise_left = RivalNoise::left_by(ctx.problem, &first.residuals);
-    let before = ctx.null.residuals_from_others(ctx.blocks);
+    let folds = fit::folds_of(ctx.problem);
+    let before = ctx.null.residuals_left_out(&folds);
     for (candidate, fitted) in candidates.iter_mut().zip(fits) {
-        candidate.evidence = noise_left.evidence(ctx.blocks, (ctx.null, &before), fitted);
+        candidate.evidence = noise_left.evidence(&folds, (ctx.null, &before), fitted);
     }
     let named = candidates.iter().filter(|c| c.may_be_named);
     let likeliest = named.max_by(|a, b| a.evidence.total_cmp(&b.evidence));

@@ -65,6 +65,7 @@ pub mod posterior;
 pub mod rules;
 mod screen;
 mod search;
+mod wave_orders;
 
 pub use confuse::Confusable;
 pub use detectability::{Detectability, ShownEffect, detectability};

@@ -2,7 +2,8 @@
 //! their best.
 
 use super::rules;
-use nalgebra::{DVector, Matrix3, Vector3};
+use super::wave_orders::{SoughtWave, likeliest_orders};
+use nalgebra::DVector;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -234,8 +235,7 @@ impl<'a> Screening<'a> {
         counts / all
     }
 
-    /// Orders of a sine of the joint's angle worth a closer look: the highest lines of the residual
-    /// against it, with the response to a constant offset as what a slow sine meets.
+    /// Orders of a sine of the joint's angle worth a closer look.
     fn orders(&self, kind: &'static EffectKind, at: Location) -> Vec<Vec<(usize, f64)>> {
         let Location::Joint(joint) = at else {
             return Vec::new();
@@ -249,82 +249,19 @@ impl<'a> Screening<'a> {
         // A sine of no periods, a quarter turn on, is a constant.
         let mut constant = kind.neutral(at);
         (constant.values[order], constant.values[phase]) = (0.0, FRAC_PI_2);
-        let mut point = self.ctx.null.point.clone();
+        let null = self.ctx.null;
+        let mut point = null.point.clone();
         let of = EffectScope::Shared(point.shared.len());
         point.shared.push(constant);
         let free = FreeParameter { of, parameter: size, expected: f64::INFINITY };
-        let slope =
-            &fit::slopes(self.ctx.problem, &point, &[free], &self.ctx.null.residuals, 1.0)[0];
-        // What is left of the residual with all calibrations at their best.
-        let Some(step) = self.ctx.null.linear.solve(None, 0.0, None) else {
-            return Vec::new();
-        };
-        let mut samples: Vec<(f64, f64, f64)> = Vec::new();
-        for (log, experiment) in self.ctx.problem.logs.iter().enumerate() {
-            let (Some(slope), Some(motion)) = (&slope[log], &self.ctx.null.residuals[log].motion)
-            else {
-                continue;
-            };
-            let mut left = self.ctx.null.residuals[log].residual.clone();
-            for (k, s) in self.ctx.null.slopes.iter().enumerate() {
-                if let Some(s) = &s[log] {
-                    left.iter_mut().zip(s).for_each(|(l, s)| *l += s * step.step[k]);
-                }
-            }
-            let every = (experiment.compared.len() / SCANNED_VALUES).max(1);
-            // A whole row at a time would keep to one component: an odd stride visits them all.
-            let every = if every.is_multiple_of(2) { every + 1 } else { every };
-            for i in (0..left.len()).step_by(every) {
-                if slope[i] != 0.0 {
-                    let angle = motion.link[experiment.compared[i].row][joint];
-                    samples.push((angle, slope[i], left[i]));
-                }
-            }
-        }
-        let (low, high) = samples
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), s| (l.min(s.0), h.max(s.0)));
-        let range = high - low;
-        if range.is_nan() || range <= 1e-3 {
-            return Vec::new();
-        }
-        let highest = match kind.parameters[size].role {
+        let slope = &fit::slopes(self.ctx.problem, &point, &[free], &null.residuals, 1.0)[0];
+        let largest = match kind.parameters[size].role {
             Role::Size { step, .. } => kind.parameters[size].high / step,
             _ => f64::INFINITY,
         };
-        // Half a turn of phase over the range tells two orders apart.
-        let spacing = (FRAC_PI_2 / (high - low)).clamp(0.25, 4.0);
-        let top = kind.parameters[order].high.min(HIGHEST_ORDER);
-        let count = ((top - 1.0) / spacing) as usize;
-        let power: Vec<(f64, f64)> = (0..count)
-            .into_par_iter()
-            .map(|k| {
-                let n = 1.0 + k as f64 * spacing;
-                // A constant beside the wave: an encoder's zero takes what there is of one.
-                let (mut square, mut pull) = (Matrix3::zeros(), Vector3::zeros());
-                for (angle, slope, left) in &samples {
-                    let (sine, cosine) = (n * angle).sin_cos();
-                    let row = Vector3::new(sine, cosine, 1.0) * *slope;
-                    square += row * row.transpose();
-                    pull += row * *left;
-                }
-                let alone = pull.z * pull.z / square.m33;
-                let wave = square.cholesky().map_or(Vector3::zeros(), |c| c.solve(&pull));
-                let gain = wave.dot(&pull) - alone;
-                // Of a short range a slow wave of any height is made, but none is of any height.
-                let possible = wave.xy().norm() < highest;
-                (n, if possible { gain } else { 0.0 })
-            })
-            .collect();
-        let mut peaks: Vec<usize> = (0..power.len())
-            .filter(|&k| {
-                let at = |j: usize| power.get(j).map_or(0.0, |p| p.1);
-                power[k].1 > 0.0 && power[k].1 >= at(k + 1) && (k == 0 || power[k].1 >= at(k - 1))
-            })
-            .collect();
-        peaks.sort_by(|a, b| power[*b].1.total_cmp(&power[*a].1));
-        peaks.truncate(3);
-        peaks.iter().map(|k| vec![(order, power[*k].0)]).collect()
+        let wave = SoughtWave { joint, slope, top: kind.parameters[order].high, largest };
+        let found = likeliest_orders(&self.ctx.problem.logs, (null, &self.null), &wave);
+        found.into_iter().map(|found| vec![(order, found)]).collect()
     }
 }
 
@@ -369,10 +306,6 @@ fn sized((effect, phase): &(Effect, Option<usize>), step: &[f64]) -> Effect {
     }
     effect
 }
-
-/// Values of a log that a scan over orders looks at, and the highest order it looks for.
-const SCANNED_VALUES: usize = 3000;
-pub(crate) const HIGHEST_ORDER: f64 = 300.0;
 
 /// The likeliest hypotheses: so many by each of their two starts.
 pub(crate) fn likeliest<'s>(

@@ -175,14 +175,18 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
     let mut fits: Vec<Fitted> = Vec::new();
     fits.extend(rough.next().and_then(|best| fit_in_full(ctx, best, f64::INFINITY)));
     let won = fits.first().map_or(0.0, |best| ctx.null.cost - best.cost);
+    // What has more values than the calibrations cannot fit worse: one that does has not arrived.
+    let arrived = |fits: &[Fitted]| cost_of(fits) <= ctx.null.cost;
+    let near = |fits: &[Fitted]| cost_of(fits) <= ctx.null.cost - rules::NEAR_BEST_GAIN * won;
     let others = rough.collect::<Vec<_>>().into_par_iter().filter_map(|fits| {
-        if cost_of(&fits) <= ctx.null.cost - rules::NEAR_BEST_GAIN * won {
+        if near(&fits) || !arrived(&fits) {
             fit_in_full(ctx, fits, ctx.null.cost - rules::PROMISED_WIN_SHARE * won)
         } else {
             cheapest(fits)
         }
     });
     fits.extend(others.collect::<Vec<_>>());
+    fits.retain(|fitted| arrived(slice::from_ref(fitted)));
     let mut fits = by_evidence(ctx, fits);
     // What such a delay does as well or better is not believed of anything else either.
     let by_delay = fits
@@ -211,8 +215,9 @@ pub(super) fn evidence_of_each(ctx: &SearchContext<'_>, fits: &[Fitted]) -> Vec<
         return Vec::new();
     };
     let noise = RivalNoise::left_by(ctx.problem, &cheapest.residuals);
-    let before = ctx.null.residuals_from_others(ctx.blocks);
-    let of_fit = |fitted: &Fitted| noise.evidence(ctx.blocks, (ctx.null, &before), fitted);
+    let folds = fit::folds_of(ctx.problem);
+    let before = ctx.null.residuals_left_out(&folds);
+    let of_fit = |fitted: &Fitted| noise.evidence(&folds, (ctx.null, &before), fitted);
     fits.par_iter().map(of_fit).collect()
 }
 

@@ -3,14 +3,14 @@
 //!
 //! What a cell does at one posture follows the load, so that its other loads show it too. A load is
 //! an outlier only where it is off the median of its posture by far more than loads of this log are,
-//! and where so few are that they are no part of what the cell does. What a motion has of the kind is
-//! left out where logs are read, by the rows before and after. A load that is alone at its posture is
-//! an outlier only where it is off all loads of the log besides, and further than loads make the arm
-//! go at any posture.
+//! and where so few are that they are no part of what the cell does. One that is alone at its posture
+//! is an outlier only where it is off all loads of the log, and further than loads make the arm go at
+//! any posture. What a motion has of the kind is left out where logs are read, by the rows before and
+//! after.
 
 use crate::fit::{FitProblem, FitState};
 use crate::predict::{ANOTHER_POSTURE, ComparedQuantity, PredictError, Prediction, PreparedLog};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use trueweld_logs::log::{Log, LogKind, LogNotice, Samples};
 use trueweld_logs::median;
 use trueweld_logs::outlier::OUTLIER_DEVIATIONS;
@@ -21,9 +21,9 @@ const POSTURE_LOADS_MIN: usize = 4;
 /// Most loads of a log, as a share, that are outliers: what occurs more often is how the cell is.
 const OUTLYING_LOADS_SHARE_MAX: f64 = 0.05;
 
-/// Takes from loads at rest what other loads contradict, and says so in the
-/// logs' notices. `logs`: those that the problem's logs were made of. Returns true where something
-/// was taken, so that they are to be made ready again.
+/// Takes from loads at rest what other loads contradict, and says so in the logs' notices. `logs`:
+/// those that the problem's logs were made of. Returns true where something was taken, so that they
+/// are to be made ready again.
 ///
 /// # Errors
 /// [`PredictError`] of a log the model cannot be driven through.
@@ -89,20 +89,19 @@ fn outlying_loads(
         let (witnessed, alone): (Vec<_>, Vec<_>) =
             rows_read(&loads, &postures).partition(|rows| rows.len() >= POSTURE_LOADS_MIN);
         let mut off = off_median(&loads, &witnessed);
-        let mut rows = outliers(&off);
+        let mut rows = few(far_out(&off), off.len());
         // What no other load of its posture can contradict is held against the whole log.
-        let everywhere = off_median(&loads, &[loads.keys().copied().collect()]);
         let reach = largest_reach(&loads, &witnessed, &rows) / unit;
-        for row in far_out(&everywhere).into_iter().filter(|row| alone.concat().contains(row)) {
-            if everywhere[&row] > reach {
-                off.insert(row, everywhere[&row]);
-                rows.push(row);
-            }
-        }
+        let everywhere = off_median(&loads, &[loads.keys().copied().collect()]);
+        let alone: BTreeSet<usize> = alone.into_iter().flatten().collect();
+        let beyond = |row: &usize| alone.contains(row) && everywhere[row] > reach;
+        let lone = far_out(&everywhere).into_iter().filter(beyond).collect();
+        let lone = few(lone, alone.len());
+        off.extend(lone.iter().map(|row| (*row, everywhere[row])));
+        rows.extend(lone);
         rows.sort_unstable();
-        let most = (OUTLYING_LOADS_SHARE_MAX * loads.len() as f64).ceil();
         let largest = rows.iter().map(|row| off[row]).fold(0.0, f64::max) * unit;
-        let told = !rows.is_empty() && rows.len() as f64 <= most;
+        let told = !rows.is_empty();
         told.then_some(OutlyingLoads { quantity, rows, largest })
     });
     told.collect()
@@ -178,10 +177,9 @@ fn largest_reach(
     postures.iter().map(reach).max_by(f64::total_cmp).unwrap_or(f64::INFINITY)
 }
 
-/// The rows that stand far out of all, where they are few.
-fn outliers(off: &BTreeMap<usize, f64>) -> Vec<usize> {
-    let rows = far_out(off);
-    let most = (OUTLYING_LOADS_SHARE_MAX * off.len() as f64).ceil();
+/// These rows, where they are few among so many; none otherwise.
+fn few(rows: Vec<usize>, among: usize) -> Vec<usize> {
+    let most = (OUTLYING_LOADS_SHARE_MAX * among as f64).ceil();
     if rows.len() as f64 <= most { rows } else { Vec::new() }
 }
 
@@ -221,6 +219,7 @@ mod tests {
 
     #[test]
     fn few_loads_that_stand_far_out_are_outliers() {
+        let outliers = |off: &BTreeMap<usize, f64>| few(far_out(off), off.len());
         assert!(outliers(&loads(|_| 0.0)).is_empty());
         let far = loads(|row| if row % 25 == 7 { 100.0 } else { 0.0 });
         assert_eq!(outliers(&far), vec![7, 32, 57]);

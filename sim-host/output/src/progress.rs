@@ -2,7 +2,7 @@
 //! where it takes longer; nothing at all for everybody else. A program around this one may listen
 //! instead.
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -65,8 +65,14 @@ impl Progress {
 
     fn drawn_on(target: ProgressDrawTarget, label: &str, total: f64) -> Self {
         let bar = ProgressBar::with_draw_target(Some(steps(total)), target);
-        let style = ProgressStyle::with_template("{msg:>14} {bar:32} {percent:>3} %  {eta} left")
-            .expect("the template is well-formed");
+        let style = ProgressStyle::with_template("{msg:>14} {bar:32} {percent:>3} %  {left}")
+            .expect("the template is well-formed")
+            .with_key("left", |state: &ProgressState, line: &mut dyn fmt::Write| {
+                if f64::from(state.fraction()) >= KNOWN_FROM {
+                    // A line that cannot be written is not shown.
+                    let _ = write!(line, "{} left", HumanDuration(state.eta()));
+                }
+            });
         bar.set_style(style.progress_chars("━╸─"));
         bar.set_message(label.to_owned());
         let (start, counted, told) = (Instant::now(), AtomicUsize::new(0), Mutex::new(None));

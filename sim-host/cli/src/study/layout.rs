@@ -15,6 +15,7 @@ use trueweld_evaluate::study::{
 };
 use trueweld_output::{StudyLayoutReport, out_of_reach_in_words};
 use trueweld_plant::controllers::ControllerKind;
+use trueweld_plant::sensors::sees_deviation;
 use trueweld_plant::simulate::{Scenario, WeldProgram};
 
 /// Arguments of `study layout`.
@@ -107,7 +108,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let none = Entry::of::<Uncompensated>();
     let law = match &arguments.compensator {
         Some(law) => law.clone(),
-        None if first.sensors.seam.is_some() => Entry::of::<SeamTracking<f64, FeedForward>>(),
+        None if sees_deviation(&first.sensors) => Entry::of::<SeamTracking<f64, FeedForward>>(),
         None => Entry::of::<Elastostatic<f64>>(),
     };
     let mut laws = vec![none];

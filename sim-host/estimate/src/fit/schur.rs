@@ -134,9 +134,20 @@ impl<'a> ReducedFit<'a> {
             logs.filter_map(|(s, at)| Some(dot(s.as_ref()?, &at.residual))).sum::<f64>()
         };
         let jtr = DVector::from_iterator(more.len(), more.iter().map(gradient));
+        self.beside_products(&with(&self.fitted.slopes), with(more), jtr)
+    }
+
+    /// The same from products of slopes: of the fit's with the new ones (`cross`), of these with each
+    /// other, and with the residuals.
+    pub fn beside_products(
+        &self,
+        cross: &DMatrix<f64>,
+        jtj: DMatrix<f64>,
+        jtr: DVector<f64>,
+    ) -> Quadratic {
         match &self.all {
-            Some(all) => all.taken(&with(&self.fitted.slopes), with(more), jtr).0,
-            None => Quadratic { jtj: with(more), jtr },
+            Some(all) => all.taken(cross, jtj, jtr).0,
+            None => Quadratic { jtj, jtr },
         }
     }
 }

@@ -318,8 +318,8 @@ fn read<R: DeserializeOwned>(
             ));
         }
         return Err(miette!(
-            help = "Give another --evidence folder, or remove this one.",
-            "{} holds runs of something else; expected none, or some of the same files and options",
+            help = "Each law, weld and set of options has an --evidence folder of its own: give another, or remove this one.",
+            "{} holds runs of something else; expected none, or some of the same law, files and options",
             path.display()
         ));
     }

@@ -13,7 +13,7 @@ use re_sdk_types::components::{Color, TextLogLevel};
 use std::io::Write;
 use std::ops::Range;
 use trueweld_core::monitor::WATCHED_ORDERS;
-use trueweld_plant::simulate::{RecordRow, health_warnings};
+use trueweld_plant::simulate::{LimitKind, RecordRow, health_warnings};
 
 /// Rows in one chunk.
 pub(super) const CHUNK_ROWS: usize = 10_000;
@@ -258,7 +258,9 @@ fn events<W: Write>(
         }
         if row.fault != before.and_then(|b| b.fault) {
             match row.fault {
-                Some(fault) => log(format!("fault: {fault:?}"), TextLogLevel::ERROR.into())?,
+                Some(fault) => {
+                    log(LimitKind::Fault(fault).to_string(), TextLogLevel::ERROR.into())?
+                }
                 None => log("fault gone".to_owned(), TextLogLevel::INFO.into())?,
             }
         }

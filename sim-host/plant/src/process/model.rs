@@ -80,7 +80,8 @@ pub enum ProcessMisfit {
     },
     /// No push is asked for.
     #[error(
-        "{process} is held by its push; expected `force_n` and `force_ramp_s` in the weld file in place of `held`"
+        "{process} is held by its push; expected a process that bears none (`--process`), or `force_n` and \
+         `force_ramp_s` in the weld file in place of `held`"
     )]
     NoPush {
         /// The process.

@@ -54,6 +54,11 @@ pub fn outside(sensors: &Sensors, seed: u64) -> Vec<Box<dyn DeviationSensor>> {
     builders.filter_map(|build| build(sensors, seed)).collect()
 }
 
+/// True where a run has such a sensor.
+pub fn sees_deviation(sensors: &Sensors) -> bool {
+    !outside(sensors, 0).is_empty()
+}
+
 /// Stream of the random numbers of what a sensor file may leave out: what it states is drawn as it
 /// was without.
 const SENSOR_ERROR_STREAM: u64 = 3;

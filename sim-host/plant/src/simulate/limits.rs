@@ -26,7 +26,12 @@ impl fmt::Display for LimitKind {
             Self::Torque(joint) => write!(f, "torque of A{}", joint + 1),
             Self::ForceLoop => f.write_str("force loop"),
             Self::Compensation => f.write_str("compensation"),
-            Self::Fault(fault) => write!(f, "fault {fault:?}"),
+            Self::Fault(Fault::Encoder(joint)) => write!(f, "fault: encoder of A{}", joint + 1),
+            Self::Fault(Fault::Force) => f.write_str("fault: force sensor"),
+            Self::Fault(Fault::Setpoint) => f.write_str("fault: set-point"),
+            Self::Fault(Fault::Singular) => f.write_str("fault: singular"),
+            Self::Fault(Fault::Limit(joint)) => write!(f, "fault: limits of A{}", joint + 1),
+            Self::Fault(Fault::Compensation) => f.write_str("fault: compensation"),
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::input::{Control, Process, Sensors, Weld};
 use crate::integrate::Integrator;
 use crate::process::ProcessMisfit;
 use crate::seam::Seam;
-use crate::sensors::InstrumentFault;
+use crate::sensors::{InstrumentFault, sees_deviation};
 use trueweld_compensators::Entry;
 use trueweld_core::Robot;
 use trueweld_core::compensation::Compensator;
@@ -88,7 +88,7 @@ impl Scenario<'_> {
     /// [`RunError::NoSeamSensor`], and [`RunError::Law`] where a gain does not suit the control
     /// period.
     pub fn build_law(&self) -> Result<Box<dyn Compensator<f64> + Send>, RunError> {
-        if self.law.needs().seam_sensor && self.sensors.seam.is_none() {
+        if self.law.needs().seam_sensor && !sees_deviation(self.sensors) {
             return Err(RunError::NoSeamSensor { law: self.law.name().to_owned() });
         }
         let setup = self.control.setup(Seam::of(self.weld).length);

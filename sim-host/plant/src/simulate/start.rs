@@ -151,16 +151,16 @@ pub fn real_inverse_near(
     const START_POSITION_TOLERANCE: f64 = 1e-12;
     const START_ERROR_MAX: f64 = 1e-9;
     let mut q = planned.inverse_near(b_from_t, near)?;
-    let mut size = f64::INFINITY;
+    let left = |q: &JointVector<f64>| real.forward_kinematics(q).error_to(b_from_t);
     for _ in 0..20 {
-        let left = real.forward_kinematics(&q).error_to(b_from_t);
-        size = left.to_vector().amax();
-        if size < START_POSITION_TOLERANCE {
-            break;
+        let left = left(&q);
+        if left.to_vector().amax() < START_POSITION_TOLERANCE {
+            return Ok(q);
         }
         q = planned.inverse_near(&planned.forward_kinematics(&q).displaced(&left), &q)?;
     }
-    if size < START_ERROR_MAX { Ok(q) } else { Err(KinematicsError::Unreachable) }
+    let arrived = left(&q).to_vector().amax() < START_ERROR_MAX;
+    arrived.then_some(q).ok_or(KinematicsError::Unreachable)
 }
 
 /// The taught pose at a posture: with the tool free of contact the real tool stands on the nominal
