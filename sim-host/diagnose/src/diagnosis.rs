@@ -84,7 +84,7 @@ pub struct Candidate {
     pub held_out_after: f64,
     /// How likely this explanation is, given the data and the library.
     pub probability: f64,
-    /// Evidence for it against none: the difference of the log scores on held-out blocks, less the
+    /// Evidence for it against none: the difference of the log scores on rows left out, less the
     /// logarithm of how many the library proposes, places and shapes, nats.
     pub evidence: f64,
     /// Share of what was above the floor that is still there.

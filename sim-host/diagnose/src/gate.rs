@@ -67,7 +67,7 @@ impl HeldOutGain {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::found::found;
     use nalgebra::{DMatrix, DVector};
@@ -83,7 +83,7 @@ mod tests {
     use trueweld_plant::random::Random;
 
     /// Static loads, for what is compared in them.
-    static LOADS: LazyLock<FitProblem> = LazyLock::new(|| {
+    pub(crate) static LOADS: LazyLock<FitProblem> = LazyLock::new(|| {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/campaigns/backlash");
         let campaign = Campaign::read(folder).unwrap();
         let file = ModelFile::read(&campaign.model).unwrap();

@@ -162,22 +162,10 @@ fn transformed(transform: &Arc<dyn RealToComplex<f64>>, mut sums: Vec<f64>) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::LazyLock;
+    use crate::gate::tests::LOADS;
     use trueweld_core::JointVector;
-    use trueweld_estimate::fit::{self, FitProblem, FitState, Linear, Termination};
+    use trueweld_estimate::fit::{self, FitState, Linear, Termination};
     use trueweld_estimate::predict::{LinkMotion, Prediction};
-    use trueweld_estimate::residuals::compare::{baseline, experiments};
-    use trueweld_logs::campaign::Campaign;
-    use trueweld_plant::input::ModelFile;
-
-    static LOADS: LazyLock<FitProblem> = LazyLock::new(|| {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/campaigns/backlash");
-        let campaign = Campaign::read(folder).unwrap();
-        let file = ModelFile::read(&campaign.model).unwrap();
-        let loads =
-            campaign.logs.into_iter().filter(|log| log.name == "static").collect::<Vec<_>>();
-        FitProblem::new(&file, experiments(&loads, &baseline(&file)).unwrap())
-    });
 
     /// The angle of A1 in a row, rad.
     fn angle(row: usize) -> f64 {
