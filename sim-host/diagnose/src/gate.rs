@@ -1,11 +1,11 @@
 //! What an explanation must show to be named, whatever led to it: values that the logs tell from no
-//! effect, and evidence. By how much rows that were left out are predicted better, with what chance
-//! makes of that, judges what has no rivals.
+//! effect, evidence, and rows left out that it predicts better than what was there before it by more
+//! than chance, block by block in time.
 
 use super::found::FittedEffect;
 use super::log_evidence::is_significant;
-use super::rules::evidence_weights;
-use trueweld_estimate::fit::{BLOCKS, FitProblem, Fitted};
+use super::rules::{evidence_weights, prior_penalty};
+use trueweld_estimate::fit::{self, BLOCKS, FitProblem, Fitted};
 use trueweld_logs::HALF_95_OF_TEN;
 
 /// True where `effects`, which `after` has and `before` has not, may be named. `before`: the
@@ -15,9 +15,14 @@ pub(crate) fn may_be_named(
     (before, after): (&Fitted, &Fitted),
     effects: &[FittedEffect],
 ) -> bool {
-    !effects.is_empty()
-        && effects.iter().all(FittedEffect::is_told_from_nothing)
-        && is_significant(problem, before, after)
+    if effects.is_empty() || !effects.iter().all(FittedEffect::is_told_from_nothing) {
+        return false;
+    }
+    let blocks = fit::blocks_of(problem);
+    let left = [before, after].map(|fitted| fitted.residuals_from_others(&blocks));
+    let penalty = prior_penalty(&before.residuals, &after.residuals);
+    is_significant(problem, before, after)
+        && HeldOutGain::of(problem, &blocks, &left, penalty).is_more_than_chance()
 }
 
 /// By how much rows that were left out are predicted better by one model than by another.
@@ -73,7 +78,7 @@ pub(crate) mod tests {
     use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;
     use std::sync::LazyLock;
-    use trueweld_estimate::fit::{self, FitState, Linear, Residuals, Slopes, Termination};
+    use trueweld_estimate::fit::{FitState, Linear, Residuals, Slopes, Termination};
     use trueweld_estimate::predict::Prediction;
     use trueweld_estimate::residuals::compare::{baseline, experiments};
     use trueweld_logs::campaign::Campaign;
@@ -195,12 +200,13 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn what_a_few_rows_in_a_row_show_is_named() {
+    fn what_a_few_rows_in_a_row_show_is_evidence() {
         // Left out together, none of them would be predicted.
         let kind = EffectKind::of("torque-scale").unwrap();
         for seed in 0..20 {
             let both = drawn(kind, seed, 1, (30.0, |k| k < 12 && k % 3 == 0));
-            assert!(named(&both), "{seed}");
+            let [before, after] = &both;
+            assert!(is_significant(&LOADS, before, after), "{seed}");
         }
     }
 
