@@ -366,7 +366,7 @@ fn tied_singles(
 /// True for a fit whose effects may be named beside what `before` has.
 fn is_nameable(ctx: &SearchContext<'_>, before: &Fitted, fitted: &Fitted) -> bool {
     let effects = found_over(ctx.problem, before, fitted);
-    may_be_named(ctx.problem, (before, fitted), &effects)
+    may_be_named(ctx.problem, ctx.blocks, (before, fitted), &effects)
 }
 
 /// True for two fits of the same effects at the same places.

@@ -5,24 +5,26 @@
 use super::found::FittedEffect;
 use super::log_evidence::is_significant;
 use super::rules::{evidence_weights, prior_penalty};
-use trueweld_estimate::fit::{self, BLOCKS, FitProblem, Fitted};
+use trueweld_estimate::fit::{BLOCKS, FitProblem, Fitted};
 use trueweld_logs::HALF_95_OF_TEN;
 
 /// True where `effects`, which `after` has and `before` has not, may be named. `before`: the
 /// calibrations alone, or fewer effects beside them.
 pub(crate) fn may_be_named(
     problem: &FitProblem,
+    blocks: &[Vec<u8>],
     (before, after): (&Fitted, &Fitted),
     effects: &[FittedEffect],
 ) -> bool {
-    if effects.is_empty() || !effects.iter().all(FittedEffect::is_told_from_nothing) {
-        return false;
-    }
-    let blocks = fit::blocks_of(problem);
-    let left = [before, after].map(|fitted| fitted.residuals_from_others(&blocks));
-    let penalty = prior_penalty(&before.residuals, &after.residuals);
-    is_significant(problem, before, after)
-        && HeldOutGain::of(problem, &blocks, &left, penalty).is_more_than_chance()
+    let gain = || {
+        let left = [before, after].map(|fitted| fitted.residuals_from_others(blocks));
+        let penalty = prior_penalty(&before.residuals, &after.residuals);
+        HeldOutGain::of(problem, blocks, &left, penalty)
+    };
+    !effects.is_empty()
+        && effects.iter().all(FittedEffect::is_told_from_nothing)
+        && is_significant(problem, before, after)
+        && gain().is_more_than_chance()
 }
 
 /// By how much rows that were left out are predicted better by one model than by another.
@@ -78,7 +80,7 @@ pub(crate) mod tests {
     use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;
     use std::sync::LazyLock;
-    use trueweld_estimate::fit::{FitState, Linear, Residuals, Slopes, Termination};
+    use trueweld_estimate::fit::{self, FitState, Linear, Residuals, Slopes, Termination};
     use trueweld_estimate::predict::Prediction;
     use trueweld_estimate::residuals::compare::{baseline, experiments};
     use trueweld_logs::campaign::Campaign;
@@ -155,7 +157,7 @@ pub(crate) mod tests {
 
     fn named([before, after]: &[Fitted; 2]) -> bool {
         let effects = found(&LOADS, after, |_| true);
-        may_be_named(&LOADS, (before, after), &effects)
+        may_be_named(&LOADS, &fit::blocks_of(&LOADS), (before, after), &effects)
     }
 
     proptest! {
