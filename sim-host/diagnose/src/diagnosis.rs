@@ -84,7 +84,7 @@ pub struct Candidate {
     pub held_out_after: f64,
     /// How likely this explanation is, given the data and the library.
     pub probability: f64,
-    /// Evidence for it against none: the difference of the log scores on rows left out, less the
+    /// Evidence for it against none: the difference of the log scores on held-out blocks, less the
     /// logarithm of how many the library proposes, places and shapes, nats.
     pub evidence: f64,
     /// Share of what was above the floor that is still there.
@@ -635,10 +635,9 @@ fn weigh(
         return;
     };
     let noise_left = RivalNoise::left_by(ctx.problem, &first.residuals);
-    let folds = fit::folds_of(ctx.problem);
-    let before = ctx.null.residuals_left_out(&folds);
+    let before = ctx.null.residuals_from_others(ctx.blocks);
     for (candidate, fitted) in candidates.iter_mut().zip(fits) {
-        candidate.evidence = noise_left.evidence(&folds, (ctx.null, &before), fitted);
+        candidate.evidence = noise_left.evidence(ctx.blocks, (ctx.null, &before), fitted);
     }
     let named = candidates.iter().filter(|c| c.may_be_named);
     let likeliest = named.max_by(|a, b| a.evidence.total_cmp(&b.evidence));

@@ -1,7 +1,5 @@
-//! Evidence of an explanation: by how much it predicts rows better that were left out of its fit,
-//! as a difference of log scores, less the logarithm of how many explanations were tried. Every tenth
-//! row is left out, in turns: what a few rows in a row show of an effect, none of them would predict
-//! were they left out together.
+//! Evidence of an explanation: by how much it predicts blocks better that were left out of its fit,
+//! as a difference of log scores, less the logarithm of how many explanations were tried.
 //!
 //! All rivals are judged by one noise, of what the best of them leaves. Its variance in each column
 //! is uncertain as far as it is stated or was estimated (a scaled inverse χ² with the residuals'
@@ -11,7 +9,7 @@
 //! 2017 (held-out log scores); Newey and West 1987 (long-run variance).
 
 use crate::found::joint_range;
-use crate::rules::{DECISIVE, evidence_weights, values_of};
+use crate::rules::{DECISIVE, evidence_weights, prior_penalty, values_of};
 use crate::screen::{alternatives_of, screened_kinds};
 use crate::wave_orders::HIGHEST_ORDER;
 use std::collections::BTreeMap;
@@ -87,41 +85,37 @@ impl<'p> RivalNoise<'p> {
     }
 
     /// By how much `after` predicts better than `before`, residuals log by log, as the difference of
-    /// their log scores, without the part of the fall of the sum of squares that is no evidence:
-    /// `predicted`, the two models where they stand.
-    fn gain(&self, [before, after]: [&[Vec<f64>]; 2], predicted: [&Residuals; 2]) -> f64 {
-        let of_log = |log: usize| {
-            let precision = &self.precision[log];
-            let pairs = before[log].iter().zip(&after[log]).zip(precision);
-            let fall = pairs.map(|((b, a), precision)| precision * (b * b - a * a)).sum::<f64>();
-            let [no_before, no_after] = predicted.map(|at| at[log].not_evidence);
-            let mean = precision.iter().sum::<f64>() / precision.len().max(1) as f64;
-            fall - mean * (no_after - no_before)
-        };
-        0.5 * (0..self.problem.logs.len()).map(of_log).sum::<f64>()
+    /// their log scores. `penalty`: the part of the fall of the sum of squares that is no evidence.
+    fn gain(&self, [before, after]: [&[Vec<f64>]; 2], penalty: f64) -> f64 {
+        let mut fall = -penalty;
+        for log in 0..self.problem.logs.len() {
+            let pairs = before[log].iter().zip(&after[log]).zip(&self.precision[log]);
+            fall += pairs.map(|((b, a), precision)| precision * (b * b - a * a)).sum::<f64>();
+        }
+        0.5 * fall
     }
 
     fn evidence_over(&self, null: &Fitted, fitted: &Fitted) -> f64 {
-        let folds = fit::folds_of(self.problem);
-        self.evidence(&folds, (null, &null.residuals_left_out(&folds)), fitted)
+        let blocks = fit::blocks_of(self.problem);
+        self.evidence(&blocks, (null, &null.residuals_from_others(&blocks)), fitted)
     }
 
-    /// Evidence for what `fitted` has and `null` has not, nats. `before`: what the null leaves of rows
+    /// Evidence for what `fitted` has and `null` has not, nats. `before`: what the null leaves of blocks
     /// that were left out.
     pub(crate) fn evidence(
         &self,
-        folds: &[Vec<u8>],
+        blocks: &[Vec<u8>],
         (null, before): (&Fitted, &[Vec<f64>]),
         fitted: &Fitted,
     ) -> f64 {
-        let after = fitted.residuals_left_out(folds);
-        self.gain([before, &after], [&null.residuals, &fitted.residuals])
-            - price(self.problem, null, fitted)
+        let after = fitted.residuals_from_others(blocks);
+        let penalty = prior_penalty(&null.residuals, &fitted.residuals);
+        self.gain([before, &after], penalty) - price(self.problem, null, fitted)
     }
 }
 
 /// True where a fit with more effects than another explains more than chance makes of any that were
-/// tried, on rows that were left out.
+/// tried, on blocks that were left out.
 pub(crate) fn is_significant(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> bool {
     RivalNoise::left_by(problem, &fitted.residuals).evidence_over(null, fitted) > DECISIVE
 }
@@ -136,9 +130,9 @@ pub(crate) fn evidence_in_noise(problem: &FitProblem, null: &Fitted, fitted: &Fi
 /// The same of residuals as they are, of two models that were not fitted to them by more than a few
 /// values.
 pub(crate) fn exceeds_noise(problem: &FitProblem, before: &Residuals, after: &Residuals) -> bool {
-    let gain = RivalNoise::left_by(problem, after)
-        .gain([&values_of(before), &values_of(after)], [before, after]);
-    gain > DECISIVE
+    let penalty = prior_penalty(before, after);
+    RivalNoise::left_by(problem, after).gain([&values_of(before), &values_of(after)], penalty)
+        > DECISIVE
 }
 
 /// Description of what one fit has more than another, nats: the logarithm of how many the library

@@ -544,18 +544,5 @@ fn blocks_of_log(experiment: &PreparedLog) -> Vec<u8> {
     compared.iter().map(|c| (share(c.row) * BLOCKS as f64) as u8).collect()
 }
 
-/// As many blocks of each log's compared values, of which every row is in the next one: what is left out
-/// has rows on either side of it.
-pub fn folds_of(problem: &FitProblem) -> Vec<Vec<u8>> {
-    let of_log = |experiment: &PreparedLog| {
-        let mut rows: Vec<usize> = experiment.compared.iter().map(|c| c.row).collect();
-        rows.sort_unstable();
-        rows.dedup();
-        let fold = |c: &Compared| (rows.partition_point(|row| *row < c.row) % BLOCKS) as u8;
-        experiment.compared.iter().map(fold).collect()
-    };
-    problem.logs.iter().map(of_log).collect()
-}
-
 /// Share of a fit's unit over which slopes are taken.
 pub const SLOPE_STEP: f64 = 0.1;

@@ -287,43 +287,6 @@ impl Fitted {
         self.linear.residuals_from_others(blocks, &self.residuals, &self.slopes)
     }
 
-    /// The same of other blocks than those of the fit's linear model, in whatever order their rows are.
-    pub fn residuals_left_out(&self, folds: &[Vec<u8>]) -> Vec<Vec<f64>> {
-        // Values of a block one after the other: sums run over stretches of one block.
-        let of_log = |folds: &Vec<u8>| {
-            let mut order: Vec<usize> = (0..folds.len()).collect();
-            order.sort_by_key(|k| folds[*k]);
-            order
-        };
-        let orders: Vec<Vec<usize>> = folds.iter().map(of_log).collect();
-        let at = self.residuals.iter().zip(&orders).map(|(at, order)| Prediction {
-            residual: order.iter().map(|k| at.residual[*k]).collect(),
-            motion: None,
-            late: None,
-            not_evidence: at.not_evidence,
-        });
-        let at: Residuals = at.collect();
-        let sorted = |slopes: &Slopes| -> Slopes {
-            let of_log = |(slopes, order): (&Option<Vec<f64>>, &Vec<usize>)| {
-                let slopes = slopes.as_ref()?;
-                Some(order.iter().map(|k| slopes[*k]).collect())
-            };
-            slopes.iter().zip(&orders).map(of_log).collect()
-        };
-        let slopes: Vec<Slopes> = self.slopes.iter().map(sorted).collect();
-        let blocks = folds.iter().zip(&orders);
-        let blocks: Vec<Vec<u8>> =
-            blocks.map(|(folds, order)| order.iter().map(|k| folds[*k]).collect()).collect();
-        let linear = linear(&blocks, &self.point, &at, &slopes);
-        let left_out = linear.residuals_from_others(&blocks, &at, &slopes);
-        let back = left_out.into_iter().zip(&orders).map(|(values, order)| {
-            let mut all = vec![0.0; values.len()];
-            order.iter().zip(values).for_each(|(k, value)| all[*k] = value);
-            all
-        });
-        back.collect()
-    }
-
     /// Takes slopes anew where the fit stands, but for the first `stale` and for those of values that
     /// residuals are in proportion to.
     fn refresh(&mut self, problem: &FitProblem, blocks: &[Vec<u8>], stale: usize) {
