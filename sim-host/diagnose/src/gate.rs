@@ -74,34 +74,20 @@ impl HeldOutGain {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use super::*;
     use crate::found::found;
+    use crate::static_loads::STATIC_LOADS;
     use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;
-    use std::sync::LazyLock;
     use trueweld_estimate::fit::{self, FitState, Linear, Residuals, Slopes, Termination};
     use trueweld_estimate::predict::Prediction;
-    use trueweld_estimate::residuals::compare::{baseline, experiments};
-    use trueweld_logs::campaign::Campaign;
-    use trueweld_logs::log::Log;
     use trueweld_plant::effects::{Effect, EffectKind, Location, library};
-    use trueweld_plant::input::ModelFile;
     use trueweld_plant::random::Random;
-
-    /// Static loads, for what is compared in them.
-    pub(crate) static LOADS: LazyLock<FitProblem> = LazyLock::new(|| {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/campaigns/backlash");
-        let campaign = Campaign::read(folder).unwrap();
-        let file = ModelFile::read(&campaign.model).unwrap();
-        let loads = campaign.logs.into_iter().filter(|log| log.name == "static");
-        let ready = experiments(&loads.collect::<Vec<Log>>(), &baseline(&file)).unwrap();
-        FitProblem::new(&file, ready)
-    });
 
     fn random_values(seed: u64, stream: u64) -> Vec<f64> {
         let mut random = Random::new(seed, stream);
-        LOADS.logs[0].compared.iter().map(|_| random.normal()).collect()
+        STATIC_LOADS.logs[0].compared.iter().map(|_| random.normal()).collect()
     }
 
     fn residuals(residual: Vec<f64>) -> Residuals {
@@ -112,7 +98,7 @@ pub(crate) mod tests {
         let (at, n) = (residuals(residual), point.free.len());
         let columns: Vec<&Slopes> = slopes.iter().collect();
         let (prior, away) = (DMatrix::zeros(n, n), DVector::zeros(n));
-        let linear = Linear::new(&fit::blocks_of(&LOADS), &at, &columns, prior, away);
+        let linear = Linear::new(&fit::blocks_of(&STATIC_LOADS), &at, &columns, prior, away);
         Fitted {
             cost: fit::chi_square(&at),
             point,
@@ -149,8 +135,8 @@ pub(crate) mod tests {
     }
 
     fn named([before, after]: &[Fitted; 2]) -> bool {
-        let effects = found(&LOADS, after, |_| true);
-        may_be_named(&LOADS, &fit::blocks_of(&LOADS), (before, after), &effects)
+        let effects = found(&STATIC_LOADS, after, |_| true);
+        may_be_named(&STATIC_LOADS, &fit::blocks_of(&STATIC_LOADS), (before, after), &effects)
     }
 
     proptest! {
@@ -173,7 +159,7 @@ pub(crate) mod tests {
             let both = drawn(kind, seed, runs, follows);
             if named(&both) {
                 let [before, after] = &both;
-                let found = &found(&LOADS, after, |_| true)[0];
+                let found = &found(&STATIC_LOADS, after, |_| true)[0];
                 let has_size = |k: usize| {
                     let (parameter, [low, high]) = (&kind.parameters[k], found.interval[k]);
                     let none = parameter.without_effect(found.effect.values[k]);
@@ -196,7 +182,7 @@ pub(crate) mod tests {
 
     #[test]
     fn values_that_are_off_alike_count_as_few_as_they_are() {
-        let mut compared = LOADS.logs[0].compared.clone();
+        let mut compared = STATIC_LOADS.logs[0].compared.clone();
         assert!(evidence_weights(&compared).iter().all(|weight| *weight == 1.0));
         let first = (compared[0].quantity, compared[0].component);
         let own =

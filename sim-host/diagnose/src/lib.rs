@@ -65,6 +65,8 @@ pub mod posterior;
 pub mod rules;
 mod screen;
 mod search;
+#[cfg(test)]
+mod static_loads;
 mod wave_orders;
 
 pub use confuse::Confusable;

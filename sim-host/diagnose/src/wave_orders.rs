@@ -162,7 +162,7 @@ fn transformed(transform: &Arc<dyn RealToComplex<f64>>, mut sums: Vec<f64>) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gate::tests::LOADS;
+    use crate::static_loads::STATIC_LOADS;
     use trueweld_core::JointVector;
     use trueweld_estimate::fit::{self, FitState, Linear, Termination};
     use trueweld_estimate::predict::{LinkMotion, Prediction};
@@ -174,7 +174,7 @@ mod tests {
 
     /// What calibrations leave of a wave of this order, where they are so many powers of the angle.
     fn left(order: f64, calibrations: i32) -> Fitted {
-        let compared = &LOADS.logs[0].compared;
+        let compared = &STATIC_LOADS.logs[0].compared;
         let by_angle = |value: &dyn Fn(f64) -> f64| {
             compared.iter().map(|c| value(angle(c.row))).collect::<Vec<f64>>()
         };
@@ -191,7 +191,7 @@ mod tests {
             .map(|power| vec![Some(by_angle(&|q| ((q - 0.4) * 10.0).powi(power)))])
             .collect();
         let columns: Vec<&Slopes> = slopes.iter().collect();
-        let blocks = fit::blocks_of(&LOADS);
+        let blocks = fit::blocks_of(&STATIC_LOADS);
         let n = slopes.len();
         let none = || (DMatrix::zeros(n, n), DVector::zeros(n));
         let linear_at = |at: &_| {
@@ -218,14 +218,14 @@ mod tests {
 
     fn found(fitted: &Fitted, largest: f64) -> Vec<f64> {
         let base = ReducedFit::of(fitted).unwrap();
-        let slope = vec![Some(vec![1.0; LOADS.logs[0].compared.len()])];
+        let slope = vec![Some(vec![1.0; STATIC_LOADS.logs[0].compared.len()])];
         let wave = SoughtWave { joint: 0, slope: &slope, top: 400.0, largest };
-        likeliest_orders(&LOADS.logs, (fitted, &base), &wave)
+        likeliest_orders(&STATIC_LOADS.logs, (fitted, &base), &wave)
     }
 
     #[test]
     fn a_wave_that_calibrations_hide_is_found_at_its_order() {
-        let last = LOADS.logs[0].compared.iter().map(|c| c.row).max().unwrap();
+        let last = STATIC_LOADS.logs[0].compared.iter().map(|c| c.row).max().unwrap();
         for (order, calibrations) in [(31.0, 1), (31.0, 4), (74.0, 4), (74.0, 8), (190.0, 8)] {
             let best = found(&left(order, calibrations), f64::INFINITY)[0];
             let off = (best - order).abs() * (angle(last) - angle(0));
