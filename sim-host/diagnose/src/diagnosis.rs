@@ -8,9 +8,11 @@ use crate::found::{
     FittedEffect, effects_of, found, found_beside, found_by_what_is_left, found_over,
     has_unseen_wave,
 };
-use crate::gate::{HeldOutGain, may_be_named};
+use crate::gate::may_be_named;
 use crate::gross_calibration::gross_calibration;
-use crate::log_evidence::{RivalNoise, exceeds_noise, is_of_library, is_significant};
+use crate::log_evidence::{
+    RivalNoise, exceeds_noise, is_of_library, is_significant, predicts_better,
+};
 use crate::mountings::{self, Mountings};
 use crate::rules::{
     self, DECISIVE, NAMED, UNNAMED_PROBABILITY_MAX, excess_chi_square, held_out_score,
@@ -89,7 +91,7 @@ pub struct Candidate {
     pub evidence: f64,
     /// Share of what was above the floor that is still there.
     pub left: f64,
-    /// True where it may be named: the logs tell its values from no effect, and it predicts rows
+    /// True where it may be named: the logs tell its values from no effect, and it predicts blocks
     /// that were left out better than calibrations alone by more than chance.
     pub may_be_named: bool,
     /// Other explanations that these data do not tell from this one, by index.
@@ -366,7 +368,7 @@ fn tied_singles(
 /// True for a fit whose effects may be named beside what `before` has.
 fn is_nameable(ctx: &SearchContext<'_>, before: &Fitted, fitted: &Fitted) -> bool {
     let effects = found_over(ctx.problem, before, fitted);
-    may_be_named(ctx.problem, ctx.blocks, (before, fitted), &effects)
+    may_be_named(ctx.problem, (before, fitted), &effects)
 }
 
 /// True for two fits of the same effects at the same places.
@@ -450,7 +452,7 @@ fn conclude(
     let best = chosen.last().unwrap_or(null);
     let mut verdict = verdict(problem, null, chosen);
     let (improved, kept) = improved_by(problem, blocks, best);
-    let better = predicts_better(ctx, before, &improved);
+    let better = predicts_better(problem, before, None, &improved);
     let mut stands = better;
     let kept: Vec<_> =
         kept.into_iter().filter(|name| !is_of_registration(problem, name.0)).collect();
@@ -606,15 +608,6 @@ fn is_named(found: &FittedEffect, name: (&str, Location)) -> bool {
     (found.effect.kind.id, found.effect.at) == name
 }
 
-/// True where a fit predicts rows that were left out better than the model as it was given does.
-fn predicts_better(ctx: &SearchContext<'_>, before: &Residuals, fitted: &Fitted) -> bool {
-    let SearchContext { problem, blocks, .. } = *ctx;
-    let penalty = rules::prior_penalty(before, &fitted.residuals);
-    let before = rules::values_of(before);
-    let after = fitted.residuals_from_others(blocks);
-    HeldOutGain::of(problem, blocks, &[before, after], penalty).is_more_than_chance()
-}
-
 /// True for a calibration of trackers whose frames were fitted: it is what that has left over.
 fn is_of_registration(problem: &FitProblem, id: &str) -> bool {
     let calibration = EffectKind::of(id).and_then(|kind| kind.calibration);
@@ -635,9 +628,9 @@ fn weigh(
         return;
     };
     let noise_left = RivalNoise::left_by(ctx.problem, &first.residuals);
-    let before = ctx.null.residuals_from_others(ctx.blocks);
+    let before = noise_left.log_score(ctx.null);
     for (candidate, fitted) in candidates.iter_mut().zip(fits) {
-        candidate.evidence = noise_left.evidence(ctx.blocks, (ctx.null, &before), fitted);
+        candidate.evidence = noise_left.evidence((ctx.null, before), fitted);
     }
     let named = candidates.iter().filter(|c| c.may_be_named);
     let likeliest = named.max_by(|a, b| a.evidence.total_cmp(&b.evidence));

@@ -14,9 +14,8 @@ use crate::diagnosis::{
 use crate::discover::{self, Discovery, discover};
 use crate::errors::{errors_from_others, errors_of};
 use crate::found::{FittedEffect, found_beside, found_by_what_is_left, inflate_noise};
-use crate::gate::HeldOutGain;
-use crate::log_evidence::exceeds_noise;
-use crate::rules::{self, parts, score, values_of};
+use crate::log_evidence::{exceeds_noise, predicts_better};
+use crate::rules::{self, parts, score};
 use crate::screen::SearchContext;
 use crate::search::{add_each_effect, refit};
 use trueweld_core::JointVector;
@@ -482,22 +481,15 @@ impl ImprovementPath<'_> {
         at_held_out: &Result<Option<Residuals>, PredictError>,
     ) -> bool {
         let before = self.reached.as_ref().map_or(self.given, |reached| &reached.residuals);
-        let gain = match (self.held_out, at_held_out, &self.at_held_out) {
+        let predicts = match (self.held_out, at_held_out, &self.at_held_out) {
             (Some(HeldOut { problem, .. }), Ok(Some(after)), Some(before)) => {
-                let blocks = fit::blocks_of(problem);
-                let penalty = rules::prior_penalty(before, after);
-                HeldOutGain::of(problem, &blocks, &[values_of(before), values_of(after)], penalty)
+                exceeds_noise(problem, before, after)
             }
-            _ => {
-                let left = |fitted: &Fitted| fitted.residuals_from_others(self.blocks);
-                let left_before = self.reached.as_ref().map_or_else(|| values_of(before), left);
-                let penalty = rules::prior_penalty(before, &fitted.residuals);
-                HeldOutGain::of(self.problem, self.blocks, &[left_before, left(fitted)], penalty)
-            }
+            _ => predicts_better(self.problem, self.given, self.reached.as_ref(), fitted),
         };
         (full.is_some() || added.iter().all(FittedEffect::is_told_from_nothing))
             && exceeds_noise(self.problem, before, &fitted.residuals)
-            && gain.is_more_than_chance()
+            && predicts
     }
 
     /// Adds one more effect where the explanation is a partial one: of the library, and where it

@@ -55,11 +55,6 @@ pub(crate) const FITTED_BESIDE: usize = 5;
 /// Single effects at most that an explanation of several is looked for from.
 pub const STARTING_EFFECTS: usize = 3;
 
-/// The values of residuals, log by log.
-pub(crate) fn values_of(residuals: &Residuals) -> Vec<Vec<f64>> {
-    residuals.iter().map(|log| log.residual.clone()).collect()
-}
-
 /// Score of residuals: root mean square.
 pub fn score(residuals: &Residuals) -> f64 {
     (fit::chi_square(residuals) / fit::count(residuals).max(1) as f64).sqrt()

@@ -215,8 +215,8 @@ pub(super) fn evidence_of_each(ctx: &SearchContext<'_>, fits: &[Fitted]) -> Vec<
         return Vec::new();
     };
     let noise = RivalNoise::left_by(ctx.problem, &cheapest.residuals);
-    let before = ctx.null.residuals_from_others(ctx.blocks);
-    let of_fit = |fitted: &Fitted| noise.evidence(ctx.blocks, (ctx.null, &before), fitted);
+    let before = noise.log_score(ctx.null);
+    let of_fit = |fitted: &Fitted| noise.evidence((ctx.null, before), fitted);
     fits.par_iter().map(of_fit).collect()
 }
 

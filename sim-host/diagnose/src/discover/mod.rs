@@ -187,7 +187,7 @@ fn outside(
     progress("looking for its formula", 0.8);
     let (mut discovery, fitted) = described(&context, &laws)?;
     let effect = std::slice::from_ref(&discovery.effect);
-    if !may_be_named(problem, &blocks, (null, &fitted), effect) {
+    if !may_be_named(problem, (null, &fitted), effect) {
         return None;
     }
     discovery.held_out_before = diagnosis.score_before;

@@ -340,6 +340,69 @@ impl Linear {
         (0..BLOCKS).map(|b| Some(held.solve(Some(b), 0.0, only)?.step)).collect()
     }
 
+    /// What all the others tell of a block, and what they tell with it; `None` where that does not
+    /// determine the values.
+    fn prediction_of(&self, block: usize) -> Option<BlockPrediction> {
+        let (others, pull) = self.without(Some(block));
+        let all = &others + &self.jtj[block];
+        let (from_others, from_all) = (Factor::new(&others, 0.0)?, Factor::new(&all, 0.0)?);
+        let step = -from_all.solve(&(&pull + &self.jtr[block]));
+        let change = &step + from_others.solve(&pull);
+        let disagreement = change.dot(&(&others * &change));
+        let volume = from_all.log_determinant() - from_others.log_determinant();
+        Some(BlockPrediction { step, change, disagreement, volume })
+    }
+
+    /// Logarithm of the probability of each block's residuals given all the others', summed, but for a
+    /// constant, nats. Values are as uncertain as the others leave them: with V = W⁻¹ + J C Jᵀ, C their
+    /// covariance, it is −½ (eᵀ V⁻¹ e + ln |V W|), which is what the block leaves with its own part in
+    /// the fit, what that moved the values by against what the others say, and by how much it narrowed
+    /// them (Bernardo and Smith 1994, 6.1.6). `precision`: W, by log and value.
+    pub(super) fn log_score_from_others(
+        &self,
+        blocks: &[Vec<u8>],
+        (at, slopes): (&Residuals, &[Slopes]),
+        precision: &[Vec<f64>],
+    ) -> f64 {
+        let predictions: Vec<_> = (0..BLOCKS).map(|block| self.prediction_of(block)).collect();
+        // Squares left, and of what the block's own part changes, with its weights and without.
+        let (mut left, mut changed, mut plain) = (0.0, [0.0; BLOCKS], [0.0; BLOCKS]);
+        for (log, blocks) in blocks.iter().enumerate() {
+            let seen: Vec<(usize, &[f64])> = slopes
+                .iter()
+                .enumerate()
+                .filter_map(|(k, s)| Some((k, s[log].as_deref()?)))
+                .collect();
+            for run in runs(blocks) {
+                let block = usize::from(blocks[run.start]);
+                let mut residual = at[log].residual[run.clone()].to_vec();
+                let mut change = vec![0.0; residual.len()];
+                if let Some(prediction) = &predictions[block] {
+                    for (k, slope) in &seen {
+                        let (step, own) = (prediction.step[*k], prediction.change[*k]);
+                        for ((r, c), a) in
+                            residual.iter_mut().zip(&mut change).zip(&slope[run.clone()])
+                        {
+                            *r += a * step;
+                            *c += a * own;
+                        }
+                    }
+                }
+                for ((r, c), w) in residual.iter().zip(&change).zip(&precision[log][run]) {
+                    left += w * r * r;
+                    changed[block] += w * c * c;
+                    plain[block] += c * c;
+                }
+            }
+        }
+        let of_block = |(block, prediction): (usize, &Option<BlockPrediction>)| {
+            let Some(prediction) = prediction else { return 0.0 };
+            let weight = if plain[block] > 0.0 { changed[block] / plain[block] } else { 0.0 };
+            weight * prediction.disagreement + prediction.volume
+        };
+        -0.5 * (left + predictions.iter().enumerate().map(of_block).sum::<f64>())
+    }
+
     /// Sum of squares of each block, predicted from all the others.
     pub fn held_out(&self, only: Option<&[usize]>) -> Vec<f64> {
         let steps = self.steps_from_others(only).into_iter().enumerate();
@@ -366,6 +429,19 @@ impl Linear {
         }
         residuals
     }
+}
+
+/// What one block adds to what all the others tell.
+struct BlockPrediction {
+    /// The step that all ask for.
+    step: DVector<f64>,
+    /// By how much it differs from that of the others.
+    change: DVector<f64>,
+    /// What that costs by the others.
+    disagreement: f64,
+    /// Logarithm of the ratio of the squared volumes that the values are known to, without the block
+    /// and with it.
+    volume: f64,
 }
 
 /// Factor of normal equations, scaled to ones on the diagonal; a value that nothing depends on
@@ -396,6 +472,12 @@ impl Factor {
             m
         };
         scaled(&self.cholesky.solve(&scaled(right)))
+    }
+
+    /// Logarithm of the determinant of the normal equations.
+    fn log_determinant(&self) -> f64 {
+        let logarithms = |values: &DVector<f64>| values.iter().map(|v| v.ln()).sum::<f64>();
+        2.0 * (logarithms(&self.cholesky.l_dirty().diagonal()) - logarithms(&self.scale))
     }
 
     /// Standard deviations of the values.
@@ -473,6 +555,53 @@ mod tests {
         );
         assert_eq!(alone.rss, beside.rss);
         assert_eq!(alone.held_out(None), beside.held_out(None));
+    }
+
+    #[test]
+    fn the_score_of_a_block_is_its_probability_given_all_others() {
+        // Two values, one that all blocks show and one with a prior that the first blocks do.
+        let n = 40;
+        let draw = |k: usize| f64::from((k * 7919 % 97) as u8) / 40.0 - 1.2;
+        let residual: Vec<f64> = (0..n).map(draw).collect();
+        let shown: [Vec<f64>; 2] = [
+            (0..n).map(|k| draw(k + 50)).collect(),
+            (0..n).map(|k| if k < 14 { draw(k + 90) } else { 0.0 }).collect(),
+        ];
+        let at: Residuals = vec![Prediction {
+            residual: residual.clone(),
+            motion: None,
+            late: None,
+            not_evidence: 0.0,
+        }];
+        let blocks: Vec<Vec<u8>> = vec![(0..n).map(|k| (k * BLOCKS / n) as u8).collect()];
+        let slopes: Vec<Slopes> = shown.iter().map(|s| vec![Some(s.clone())]).collect();
+        let prior = DMatrix::from_diagonal(&DVector::from_vec(vec![0.3, 2.0]));
+        let away = DVector::from_vec(vec![0.1, -0.4]);
+        let columns: Vec<&Slopes> = slopes.iter().collect();
+        let linear = Linear::new(&blocks, &at, &columns, prior.clone(), away.clone());
+        let weight = 0.7;
+        let score = linear.log_score_from_others(&blocks, (&at, &slopes), &[vec![weight; n]]);
+
+        let j = DMatrix::from_fn(n, 2, |i, k| shown[k][i]);
+        let r = DVector::from_vec(residual);
+        let expected: f64 = (0..BLOCKS)
+            .map(|block| {
+                let (own, others): (Vec<usize>, Vec<usize>) =
+                    (0..n).partition(|k| usize::from(blocks[0][*k]) == block);
+                let (jo, ro) = (j.select_rows(&others), r.select_rows(&others));
+                let (jb, rb) = (j.select_rows(&own), r.select_rows(&own));
+                let information = jo.tr_mul(&jo) + &prior;
+                let covariance = information.try_inverse().unwrap();
+                let step = -(&covariance * (jo.tr_mul(&ro) + &prior * &away));
+                let error = rb + &jb * step;
+                // Everything is as uncertain as the weight says: the noise, and what it leaves.
+                let spread =
+                    DMatrix::identity(own.len(), own.len()) + &jb * &covariance * jb.transpose();
+                let squares = error.dot(&(spread.clone().try_inverse().unwrap() * &error));
+                -0.5 * (weight * squares + spread.determinant().ln())
+            })
+            .sum();
+        assert!((score - expected).abs() < 1e-6, "{score} {expected}");
     }
 
     #[test]

@@ -287,6 +287,13 @@ impl Fitted {
         self.linear.residuals_from_others(blocks, &self.residuals, &self.slopes)
     }
 
+    /// Logarithm of the probability of each block in time given all the others, summed, but for a
+    /// constant, nats. `precision`: what one unit of squared residual counts for, by log and value.
+    pub fn log_score_from_others(&self, blocks: &[Vec<u8>], precision: &[Vec<f64>]) -> f64 {
+        let at = (&self.residuals, self.slopes.as_slice());
+        self.linear.log_score_from_others(blocks, at, precision)
+    }
+
     /// Takes slopes anew where the fit stands, but for the first `stale` and for those of values that
     /// residuals are in proportion to.
     fn refresh(&mut self, problem: &FitProblem, blocks: &[Vec<u8>], stale: usize) {
