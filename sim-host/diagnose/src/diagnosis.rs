@@ -16,7 +16,7 @@ use crate::log_evidence::{
 use crate::mountings::{self, Mountings};
 use crate::rules::{
     self, DECISIVE, NAMED, UNNAMED_PROBABILITY_MAX, excess_chi_square, held_out_score,
-    noise_chi_square, score, within_noise,
+    noise_chi_square, noise_excess, score, within_noise,
 };
 use crate::screen::{EffectLimit, ScreenedEffect, SearchContext, likeliest, screen};
 use crate::search::{self, Explained, evaluate_uncalibrated, fit_all, fit_calibrations};
@@ -422,12 +422,12 @@ fn verdict(problem: &FitProblem, null: &Fitted, chosen: &[Fitted]) -> DiagnosisV
             DiagnosisVerdict::UnknownEffect
         };
     };
-    let left = excess_chi_square(problem, &best.residuals)
-        / excess_chi_square(problem, &null.residuals).max(1.0);
+    let stands_out = noise_excess(problem, &best.residuals);
+    let left = stands_out / noise_excess(problem, &null.residuals).max(1.0);
     let score = (fit::chi_square(&best.residuals) / noise_chi_square(problem).max(1.0)).sqrt();
     // Two effects together bend to much that neither is: they must come near.
     let mostly = score < rules::TOO_FAR && left < rules::REMAINING_SHARE_MAX && chosen.len() < 2;
-    let explained = mostly || within_noise(problem, &best.residuals);
+    let explained = mostly || stands_out == 0.0;
     if explained && !fits_anything(problem, best) {
         DiagnosisVerdict::EffectFound
     } else {

@@ -21,12 +21,10 @@ pub(crate) const UNNAMED_PROBABILITY_MAX: f64 = 0.5;
 pub const GAIN: f64 = 30.0;
 /// Least share of what is above the floor that an effect must explain.
 pub const EXPLAINED_SHARE_MIN: f64 = 0.1;
-/// Share of what was above the floor that an explanation may leave.
+/// Share of what stood out of the floor that an explanation may leave.
 pub const REMAINING_SHARE_MAX: f64 = 0.04;
 /// Share of what one effect leaves standing out of the floor that a second one may leave.
 pub(crate) const HALVED: f64 = 0.5;
-/// Fall of the sum of squares that a second effect must bring, and one that hardly lowers any channel.
-pub const AMPLE: f64 = 100.0;
 /// Score from which on an explanation leaves too much, whatever it explains.
 pub(crate) const TOO_FAR: f64 = 2.0;
 /// Score of any channel from which on something is above the floor.

@@ -6,13 +6,15 @@ use super::curve::{CurveCandidate, FittedCurve, fit_curve};
 use super::grammar::{self, FittedFormula};
 use super::hypotheses::{self, Hypothesis};
 use super::screen::{ScreenedCurve, curves, likeliest, ports, surfaces};
-use crate::diagnosis::{Diagnosed, DiagnosisVerdict, ProgressCallback, fits_anything};
-use crate::log_evidence::is_significant;
-use crate::rules;
+use crate::diagnosis::{
+    Diagnosed, DiagnosisFits, DiagnosisVerdict, ProgressCallback, fits_anything,
+};
+use crate::log_evidence::{RivalNoise, is_of_library, is_significant};
+use crate::rules::{self, DECISIVE, NAMED};
 use rayon::prelude::*;
 use trueweld_estimate::fit::{FitProblem, Fitted};
 
-/// Share of what is above the floor that a discovery may leave.
+/// Share of what stands out of the floor that a discovery may leave.
 const DISCOVERY_REMAINDER_MAX: f64 = 0.25;
 /// Share of what the library explains that a curve must explain more where nothing stands out,
 /// beside what chance makes: no prediction is exact, and an effect whose form holds to this holds.
@@ -21,74 +23,70 @@ const HOLDS: f64 = 0.01;
 /// What the library makes of the logs, and so what a law outside it must do better than.
 pub(super) struct Library<'a> {
     problem: &'a FitProblem,
-    /// Sum of squares of blocks left out, by the calibrations alone.
-    before: f64,
-    /// The least one, and the least cost, with what it has.
-    held_out: f64,
-    cost: f64,
-    /// Sum of squares above the floor by the calibrations alone.
-    above: f64,
+    null: &'a Fitted,
+    /// Its explanations, one that fits anything left out: that is none.
+    within: Vec<&'a Fitted>,
+    /// True where nothing is missing as far as it goes.
+    adequate: bool,
     /// True where nothing stands out that it does not explain.
     within_noise: bool,
-    /// By how much of its noise a law must predict blocks better.
-    gain: f64,
+    /// Sum of squares that stands out of the floor by the calibrations alone.
+    stands_out: f64,
 }
 
 impl<'a> Library<'a> {
-    pub(crate) fn of(problem: &'a FitProblem, diagnosed: &Diagnosed) -> Self {
+    pub(crate) fn of(problem: &'a FitProblem, diagnosed: &'a Diagnosed) -> Self {
         let Diagnosed { diagnosis, fits } = diagnosed;
-        let null = &fits.null;
-        // A partial explanation within the library may do as well; one that fits anything is none.
-        let within = fits.chosen.iter().chain(&fits.candidates);
-        let within = within.filter(|fitted| !fits_anything(problem, fitted));
-        let within: Vec<&Fitted> = within.chain([null]).collect();
-        let least = |of: &dyn Fn(&Fitted) -> f64| {
-            within.iter().map(|fitted| of(fitted)).fold(f64::INFINITY, f64::min)
-        };
+        let DiagnosisFits { null, chosen, candidates, .. } = fits;
         let adequate = diagnosis.verdict == DiagnosisVerdict::Adequate;
-        let named =
-            fits.chosen.last().filter(|_| diagnosis.verdict == DiagnosisVerdict::EffectFound);
+        let named = chosen.last().filter(|_| diagnosis.verdict == DiagnosisVerdict::EffectFound);
+        // A partial explanation may do as well.
+        let within = chosen.iter().chain(candidates);
         Self {
             problem,
-            before: null.held_out(),
-            held_out: least(&Fitted::held_out),
-            cost: least(&|fitted| fitted.cost),
-            above: rules::excess_chi_square(problem, &null.residuals).max(1.0),
+            null,
+            within: within.filter(|fitted| !fits_anything(problem, fitted)).collect(),
+            adequate,
             within_noise: adequate
                 || named.is_some_and(|fitted| rules::within_noise(problem, &fitted.residuals)),
-            // Where nothing is missing as far as the library goes, one of so many may promise much by
-            // chance.
-            gain: if adequate { rules::AMPLE } else { rules::GAIN },
+            stands_out: rules::noise_excess(problem, &null.residuals),
         }
-    }
-
-    /// What blocks left out must be lowered to beside an explanation that leaves them at `held_out`,
-    /// by what noise makes of their sum. What leaves something that stands out is to be bettered by
-    /// chance alone; what does not, by more than what no prediction is exact to as well.
-    fn beyond(&self, held_out: f64, within_noise: bool, noise: f64) -> f64 {
-        let holds = if within_noise { HOLDS } else { 0.0 };
-        held_out - (self.gain * noise).max(holds * (self.before - held_out))
     }
 
     /// What a law must promise to lower blocks left out to: nothing where something stands out.
     fn goal(&self) -> f64 {
-        if self.within_noise { self.beyond(self.held_out, true, 1.0) } else { f64::INFINITY }
+        if !self.within_noise {
+            return f64::INFINITY;
+        }
+        let before = self.null.held_out();
+        let held_out = self.within.iter().map(|fitted| fitted.held_out()).fold(before, f64::min);
+        held_out - rules::DECISIVE_FALL.max(HOLDS * (before - held_out))
     }
 
-    /// True for a law that does better than all that the library has.
+    /// True for a law that does better than all that the library has. One where nothing is missing
+    /// must show as an effect does.
     fn is_bettered_by(&self, law: &FreeFormLaw) -> bool {
-        let fitted = law.fitted();
-        let left = rules::excess_chi_square(self.problem, &fitted.residuals) / self.above;
         // Of what shows little, noise alone leaves a large share.
-        let partial =
-            left > DISCOVERY_REMAINDER_MAX && !rules::within_noise(self.problem, &fitted.residuals);
-        // What is freer than an effect and tied with it is no law: what it predicts better of blocks
-        // left out it owes to calibrations that are farther off than expected.
-        let fits_better =
-            fitted.cost < self.cost - rules::DECISIVE_FALL * rules::variance_inflation(fitted);
-        let beyond = self.beyond(self.held_out, self.within_noise, law.noise());
-        !partial && fits_better && law.held_out <= beyond
+        let partial = rules::noise_excess(self.problem, &law.fitted().residuals)
+            > DISCOVERY_REMAINDER_MAX * self.stands_out;
+        let noise = RivalNoise::left_by(self.problem, &law.fitted().residuals);
+        let null = (self.null, noise.log_score(self.null));
+        let score = |fitted: &&Fitted| {
+            let evidence = noise.evidence(null, fitted);
+            (evidence, if self.within_noise { noise.log_score(fitted) - null.1 } else { 0.0 })
+        };
+        let least = self.within.par_iter().map(score).map(needed).reduce(|| DECISIVE, f64::max);
+        let proposed = hypotheses::all().len() + hypotheses::surfaces().len();
+        let own = noise.log_score(law.fitted()) - null.1 - (proposed as f64).ln();
+        !partial && own > least && (!self.adequate || is_of_library(own) >= NAMED)
     }
+}
+
+/// The evidence that a law needs beside an explanation with so much of it, which predicts by so much
+/// better than calibrations: more than chance, and, where that leaves nothing which stands out, more than
+/// what no prediction is exact to.
+fn needed((evidence, gain): (f64, f64)) -> f64 {
+    evidence + DECISIVE.max(HOLDS * gain)
 }
 
 /// Laws that do better than the library and that the logs do not tell apart, the one first that is named.
@@ -106,14 +104,12 @@ pub(super) fn free_form_laws(
     if of_one.is_none() && library.within_noise {
         return Vec::new();
     }
-    let beyond = of_one.as_ref().map_or(goal, |laws| {
-        let law = &laws[0];
-        let within_noise = rules::within_noise(library.problem, &law.fitted().residuals);
-        library.beyond(law.held_out, within_noise, law.noise())
-    });
     // What few places promise says little of what more of them bring.
     let found = laws(context, &surfaces(context, &ports), goal, (progress, [0.6, 0.7]));
-    let is_better = |law: &FreeFormLaw| library.is_bettered_by(law) && law.held_out < beyond;
+    let of_curve = of_one.as_ref().map(|laws| &laws[0]);
+    let is_better = |law: &FreeFormLaw| {
+        library.is_bettered_by(law) && of_curve.is_none_or(|curve| law.betters(context, curve))
+    };
     first(found, is_better).or(of_one).unwrap_or_default()
 }
 
@@ -160,9 +156,14 @@ impl FreeFormLaw {
         formula.map_or(&self.curve.fitted, |law| &law.fitted)
     }
 
-    /// What noise makes of that.
-    fn noise(&self) -> f64 {
-        rules::variance_inflation(self.fitted()) / trueweld_estimate::AUTOCORRELATION_INFLATION
+    /// True where it predicts more than another law by more than chance.
+    fn betters(&self, context: &DiscoveryContext<'_>, other: &Self) -> bool {
+        let DiscoveryContext { problem, null, .. } = *context;
+        let noise = RivalNoise::left_by(problem, &self.fitted().residuals);
+        let null = noise.log_score(null);
+        let [own, gain] = [self, other].map(|law| noise.log_score(law.fitted()) - null);
+        let within_noise = rules::within_noise(problem, &other.fitted().residuals);
+        own > needed((gain, if within_noise { gain } else { 0.0 }))
     }
 }
 
