@@ -66,7 +66,6 @@ impl<'a> Library<'a> {
     /// True for a law that does better than all that the library has. One where nothing is missing
     /// must show as an effect does.
     fn is_bettered_by(&self, law: &FreeFormLaw) -> bool {
-        // Of what shows little, noise alone leaves a large share.
         let partial = rules::noise_excess(self.problem, &law.fitted().residuals)
             > DISCOVERY_REMAINDER_MAX * self.stands_out;
         let noise = RivalNoise::left_by(self.problem, &law.fitted().residuals);
