@@ -1,5 +1,7 @@
 //! Evidence of an explanation: by how much it predicts blocks better that were left out of its fit,
-//! as a difference of log scores, less the logarithm of how many explanations were tried.
+//! as a difference of log scores, less the logarithm of how many explanations were tried. What is left
+//! out is as uncertain as the other blocks leave the values: an effect that one block alone shows pays
+//! for what that block must tell of it, and is no worse for being shown once.
 //!
 //! All rivals are judged by one noise, of what the best of them leaves. Its variance in each column
 //! is uncertain as far as it is stated or was estimated (a scaled inverse χ² with the residuals'
