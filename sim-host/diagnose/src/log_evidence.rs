@@ -45,6 +45,7 @@ const ESTIMATED_NOISE_ERROR: f64 = 0.25;
 /// What rivals are judged by: what one unit of squared residual counts for, by log and value.
 pub(crate) struct RivalNoise<'p> {
     problem: &'p FitProblem,
+    blocks: Vec<Vec<u8>>,
     precision: Vec<Vec<f64>>,
 }
 
@@ -89,12 +90,16 @@ impl<'p> RivalNoise<'p> {
             };
             (0..left.len()).map(of_value).collect()
         };
-        Self { problem, precision: problem.logs.iter().enumerate().map(of_log).collect() }
+        Self {
+            problem,
+            blocks: fit::blocks_of(problem),
+            precision: problem.logs.iter().enumerate().map(of_log).collect(),
+        }
     }
 
     /// How well a fit predicts blocks that are left out of it, nats.
     pub(crate) fn log_score(&self, fitted: &Fitted) -> f64 {
-        fitted.log_score_from_others(&fit::blocks_of(self.problem), &self.precision)
+        fitted.log_score_from_others(&self.blocks, &self.precision)
             + self.not_evidence(&fitted.residuals)
     }
 
@@ -161,7 +166,7 @@ pub(crate) fn exceeds_noise(problem: &FitProblem, before: &Residuals, after: &Re
 
 /// Description of what one fit has more than another, nats: the logarithm of how many the library
 /// proposes, places and shapes.
-fn price(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> f64 {
+pub(crate) fn price(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> f64 {
     let proposed = screened_kinds(problem).count().max(1) as f64;
     let name = |effect: &Effect| (effect.kind.id, effect.at);
     let mut known: Vec<_> = null.point.shared.iter().map(name).collect();

@@ -9,7 +9,7 @@ use super::screen::{ScreenedCurve, curves, likeliest, ports, surfaces};
 use crate::diagnosis::{
     Diagnosed, DiagnosisFits, DiagnosisVerdict, ProgressCallback, fits_anything,
 };
-use crate::log_evidence::{RivalNoise, is_of_library, is_significant};
+use crate::log_evidence::{RivalNoise, is_of_library, is_significant, price};
 use crate::rules::{self, DECISIVE, NAMED};
 use rayon::prelude::*;
 use trueweld_estimate::fit::{FitProblem, Fitted};
@@ -31,7 +31,7 @@ pub(super) struct Library<'a> {
     /// True where nothing stands out that it does not explain.
     within_noise: bool,
     /// Sum of squares that stands out of the floor by the calibrations alone.
-    stands_out: f64,
+    noise_excess: f64,
 }
 
 impl<'a> Library<'a> {
@@ -49,7 +49,7 @@ impl<'a> Library<'a> {
             adequate,
             within_noise: adequate
                 || named.is_some_and(|fitted| rules::within_noise(problem, &fitted.residuals)),
-            stands_out: rules::noise_excess(problem, &null.residuals),
+            noise_excess: rules::noise_excess(problem, &null.residuals),
         }
     }
 
@@ -67,16 +67,17 @@ impl<'a> Library<'a> {
     /// must show as an effect does.
     fn is_bettered_by(&self, law: &FreeFormLaw) -> bool {
         let partial = rules::noise_excess(self.problem, &law.fitted().residuals)
-            > DISCOVERY_REMAINDER_MAX * self.stands_out;
+            > DISCOVERY_REMAINDER_MAX * self.noise_excess;
         let noise = RivalNoise::left_by(self.problem, &law.fitted().residuals);
-        let null = (self.null, noise.log_score(self.null));
+        let null = noise.log_score(self.null);
         let score = |fitted: &&Fitted| {
-            let evidence = noise.evidence(null, fitted);
-            (evidence, if self.within_noise { noise.log_score(fitted) - null.1 } else { 0.0 })
+            let gain = noise.log_score(fitted) - null;
+            let evidence = gain - price(self.problem, self.null, fitted);
+            (evidence, if self.within_noise { gain } else { 0.0 })
         };
         let least = self.within.par_iter().map(score).map(needed).reduce(|| DECISIVE, f64::max);
         let proposed = hypotheses::all().len() + hypotheses::surfaces().len();
-        let own = noise.log_score(law.fitted()) - null.1 - (proposed as f64).ln();
+        let own = noise.log_score(law.fitted()) - null - (proposed as f64).ln();
         !partial && own > least && (!self.adequate || is_of_library(own) >= NAMED)
     }
 }
