@@ -24,8 +24,10 @@ const HOLDS: f64 = 0.01;
 pub(super) struct Library<'a> {
     problem: &'a FitProblem,
     null: &'a Fitted,
-    /// Its explanations, one that fits anything left out: that is none.
+    /// Its explanations.
     within: Vec<&'a Fitted>,
+    /// Those that fit anything, and so are none.
+    fit_anything: Vec<&'a Fitted>,
     /// True where nothing is missing as far as it goes.
     adequate: bool,
     /// True where nothing stands out that it does not explain.
@@ -41,11 +43,13 @@ impl<'a> Library<'a> {
         let adequate = diagnosis.verdict == DiagnosisVerdict::Adequate;
         let named = chosen.last().filter(|_| diagnosis.verdict == DiagnosisVerdict::EffectFound);
         // A partial explanation may do as well.
-        let within = chosen.iter().chain(candidates);
+        let all = chosen.iter().chain(candidates);
+        let (fit_anything, within) = all.partition(|fitted| fits_anything(problem, fitted));
         Self {
             problem,
             null,
-            within: within.filter(|fitted| !fits_anything(problem, fitted)).collect(),
+            within,
+            fit_anything,
             adequate,
             within_noise: adequate
                 || named.is_some_and(|fitted| rules::within_noise(problem, &fitted.residuals)),
@@ -63,19 +67,24 @@ impl<'a> Library<'a> {
         held_out - rules::DECISIVE_FALL.max(HOLDS * (before - held_out))
     }
 
-    /// True for a law that does better than all that the library has. One where nothing is missing
-    /// must show as an effect does.
+    /// True for a law that does better than all that the library has, and no worse than what fits
+    /// anything, which it would do too if it were right. One where nothing is missing must show as an
+    /// effect does.
     fn is_bettered_by(&self, law: &FreeFormLaw) -> bool {
         let partial = rules::noise_excess(self.problem, &law.fitted().residuals)
             > DISCOVERY_REMAINDER_MAX * self.noise_excess;
         let noise = RivalNoise::left_by(self.problem, &law.fitted().residuals);
         let null = noise.log_score(self.null);
-        let score = |fitted: &&Fitted| {
-            let gain = noise.log_score(fitted) - null;
-            let evidence = gain - price(self.problem, self.null, fitted);
-            (evidence, if self.within_noise { gain } else { 0.0 })
+        let gain = |fitted: &Fitted| noise.log_score(fitted) - null;
+        let evidence = |fitted: &Fitted, gain| gain - price(self.problem, self.null, fitted);
+        let to_better = |fitted: &&Fitted| {
+            let gain = gain(fitted);
+            needed((evidence(fitted, gain), if self.within_noise { gain } else { 0.0 }))
         };
-        let least = self.within.par_iter().map(score).map(needed).reduce(|| DECISIVE, f64::max);
+        let to_reach = |fitted: &&Fitted| evidence(fitted, gain(fitted));
+        let of_within = self.within.par_iter().map(to_better);
+        let of_anything = self.fit_anything.par_iter().map(to_reach);
+        let least = of_within.chain(of_anything).reduce(|| DECISIVE, f64::max);
         let proposed = hypotheses::all().len() + hypotheses::surfaces().len();
         let own = noise.log_score(law.fitted()) - null - (proposed as f64).ln();
         !partial && own > least && (!self.adequate || is_of_library(own) >= NAMED)
