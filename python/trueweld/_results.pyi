@@ -1551,6 +1551,16 @@ class DiscoveredPlace(Record):
     def times(self) -> str:
         """What the curve is multiplied by, an expression over the port's variables."""
 
+class PortPlace(Record):
+    """A port of the plant, at a place."""
+
+    @property
+    def at(self) -> str:
+        """A joint's name, or nothing for the whole cell."""
+    @property
+    def port(self) -> str:
+        """The port, as an effect of one's own names it."""
+
 class LinkMountings(Record):
     """What logs fix of how links are mounted: combinations of the values of `geometry-error`."""
 
@@ -1718,6 +1728,10 @@ class DiagnoseResult(Result):
     def discovered(self) -> list[DiscoveredLaw]:
         """Laws outside the library that were found; then the score after is with the first of
         them."""
+    @property
+    def ports_alike(self) -> list[PortPlace]:
+        """Where laws outside the library explain the logs as well: several ports, which the logs
+        do not tell apart, or none."""
     @property
     def calibration(self) -> list[FittedEffectValues]:
         """Calibrations that are off."""

@@ -8,7 +8,8 @@ LEFT_OUT_LISTS = frozenset(
     [
         "bought", "columns", "cores", "discovered", "errors_after", "errors_before",
         "errors_calibrated", "holdout_errors", "indistinguishable", "latents", "limits", "mistakes",
-        "not_measured", "not_required", "notices", "posterior", "registered", "replaced", "warnings",
+        "not_measured", "not_required", "notices", "ports_alike", "posterior", "registered",
+        "replaced", "warnings",
     ]
 )
 

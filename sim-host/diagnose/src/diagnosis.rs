@@ -25,6 +25,7 @@ use trueweld_estimate::fit::{self, FitProblem, FitState, Fitted, Residuals, Term
 use trueweld_estimate::predict::{PredictError, PreparedLog};
 use trueweld_estimate::residuals::localize::{Finding, localize};
 use trueweld_logs::log::{Log, LogKind};
+use trueweld_plant::effects::formula::NamedPort;
 use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Location, Role};
 use trueweld_plant::named;
 use trueweld_plant::robot::Channel;
@@ -161,7 +162,13 @@ pub struct Diagnosis {
     pub unexplained: Vec<Finding>,
     /// What there was no time for, and fits that did not converge.
     pub incomplete: Vec<Incomplete>,
+    /// Ports at which laws outside the library explain the logs as well as what it has: several, which
+    /// these logs do not tell apart, or none.
+    pub ports_alike: Vec<PortAt>,
 }
+
+/// A port of the plant, at a place.
+pub type PortAt = (&'static NamedPort, Location);
 
 impl Diagnosis {
     /// How much is explained: a part where effects that may be named leave something, or where
@@ -169,6 +176,27 @@ impl Diagnosis {
     pub fn explained(&self) -> ExplainedPart {
         let calibrated = self.calibration.iter().any(FittedEffect::is_told_from_nothing);
         ExplainedPart::of(self.verdict, self.chosen > 0 || calibrated)
+    }
+
+    /// How probable the explanations are together where laws outside the library, at several ports,
+    /// explain the logs as well. These are as likely beforehand, and the share of them that is not seen
+    /// to differ is that of the library's explanations which the logs do not tell from the likeliest.
+    pub(crate) fn probability_beside_outside(&self) -> f64 {
+        let each = || self.candidates.iter().map(|candidate| candidate.probability);
+        let (all, likeliest) = (each().sum::<f64>(), each().fold(0.0, f64::max));
+        1.0 / (1.0 / all + (1.0 - likeliest / all))
+    }
+
+    /// The same diagnosis where they do, at these ports, and nothing is named for that.
+    pub(crate) fn beside_outside(self, ports_alike: Vec<PortAt>) -> Self {
+        let all: f64 = self.candidates.iter().map(|candidate| candidate.probability).sum();
+        let beside = self.probability_beside_outside();
+        let weighed = |candidate: Candidate| Candidate {
+            probability: candidate.probability * beside / all,
+            ..candidate
+        };
+        let candidates = self.candidates.into_iter().map(weighed).collect();
+        Self { verdict: DiagnosisVerdict::UnknownEffect, candidates, ports_alike, ..self }
     }
 }
 
@@ -567,6 +595,7 @@ fn conclude(
         limits: Vec::new(),
         confusable: Vec::new(),
         incomplete: Vec::new(),
+        ports_alike: Vec::new(),
     };
     let fits = DiagnosisFits {
         before: before.clone(),

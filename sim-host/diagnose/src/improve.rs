@@ -289,6 +289,7 @@ pub fn improve(
     // A partial explanation is carried on as far as it goes.
     let mut has_more = false;
     while diagnosis.verdict == DiagnosisVerdict::UnknownEffect
+        && diagnosis.ports_alike.is_empty()
         && path.steps.len() <= IMPROVEMENT_STEPS_MAX
         && !problem.is_late()
     {
@@ -319,6 +320,7 @@ pub fn improve(
         Some(fitted)
             if diagnosis.verdict == DiagnosisVerdict::UnknownEffect
                 && discovered.is_empty()
+                && diagnosis.ports_alike.is_empty()
                 && rules::within_noise(problem, &fitted.residuals)
                 && !fits_anything(problem, fitted) =>
         {

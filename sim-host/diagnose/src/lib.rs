@@ -73,7 +73,7 @@ pub use confuse::Confusable;
 pub use detectability::{Detectability, ShownEffect, detectability};
 pub use diagnosis::{
     Candidate, Diagnosed, Diagnosis, DiagnosisFits, DiagnosisVerdict, ExplainedPart, Incomplete,
-    ProgressCallback, diagnose,
+    PortAt, ProgressCallback, diagnose,
 };
 pub use errors::DiagnosisErrors;
 pub use explanation::{Explanation, ExplanationReason, ImprovedChannel, explain, reason_of_best};

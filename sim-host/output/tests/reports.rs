@@ -9,6 +9,8 @@ use trueweld_evaluate::certify::{self, WeakPoint};
 use trueweld_output::{
     CompareReport, ImproveReport, LawsReport, Report, StepReport, WeldReport, schemas,
 };
+use trueweld_plant::effects::Location;
+use trueweld_plant::effects::formula::PORTS;
 
 fn published(name: &str) -> PathBuf {
     PathBuf::from(format!("{}/../../docs/schema/{name}.json", env!("CARGO_MANIFEST_DIR")))
@@ -144,6 +146,18 @@ fn diagnosis_of_an_unknown_effect() {
 fn diagnosis_of_a_faint_effect() {
     let mut parts = sample::diagnosis(DiagnosisVerdict::UnknownEffect);
     parts.diagnosis.candidates[0].probability = 0.76;
+    insta::assert_snapshot!(told(&parts.diagnosed()));
+}
+
+#[test]
+fn diagnosis_of_what_acts_at_one_of_several_ports() {
+    let mut parts = sample::diagnosis(DiagnosisVerdict::UnknownEffect);
+    parts.diagnosis.candidates[0].probability = 0.46;
+    parts.diagnosis.candidates[0].indistinguishable = vec![1];
+    let port = |name| PORTS.iter().find(|port| port.name == name).expect("a port");
+    let at = Location::Joint(4);
+    parts.diagnosis.ports_alike = vec![(port("motor-friction"), at), (port("link-torque"), at)];
+    parts.explanation.next_experiment = Some(sample::plan());
     insta::assert_snapshot!(told(&parts.diagnosed()));
 }
 

@@ -7,7 +7,7 @@ use super::grammar::{self, FittedFormula};
 use super::hypotheses::{self, Hypothesis};
 use super::screen::{ScreenedCurve, curves, likeliest, ports, surfaces};
 use crate::diagnosis::{
-    Diagnosed, DiagnosisFits, DiagnosisVerdict, ProgressCallback, fits_anything,
+    Diagnosed, DiagnosisFits, DiagnosisVerdict, PortAt, ProgressCallback, fits_anything,
 };
 use crate::log_evidence::{RivalNoise, is_of_library, is_significant, price};
 use crate::rules::{self, DECISIVE, NAMED};
@@ -34,6 +34,8 @@ pub(super) struct Library<'a> {
     within_noise: bool,
     /// Sum of squares that stands out of the floor by the calibrations alone.
     noise_excess: f64,
+    /// True where its likeliest explanation would not be named if a law outside did as well.
+    is_rivalled: bool,
 }
 
 impl<'a> Library<'a> {
@@ -54,17 +56,35 @@ impl<'a> Library<'a> {
             within_noise: adequate
                 || named.is_some_and(|fitted| rules::within_noise(problem, &fitted.residuals)),
             noise_excess: rules::noise_excess(problem, &null.residuals),
+            is_rivalled: named.is_some() && diagnosis.probability_beside_outside() < NAMED,
         }
     }
 
-    /// What a law must promise to lower blocks left out to: nothing where something stands out.
+    /// What a law must promise to lower blocks left out to: nothing where something stands out, or where
+    /// one that does as well changes what is said.
     fn goal(&self) -> f64 {
-        if !self.within_noise {
+        if !self.within_noise || self.is_rivalled {
             return f64::INFINITY;
         }
         let before = self.null.held_out();
         let held_out = self.within.iter().map(|fitted| fitted.held_out()).fold(before, f64::min);
         held_out - rules::DECISIVE_FALL.max(HOLDS * (before - held_out))
+    }
+
+    /// Ports and places of laws that do as well as its likeliest explanation; none where all act at
+    /// one, where they are what it has there in another form.
+    fn ports_alike(&self, laws: &[FreeFormLaw]) -> Vec<PortAt> {
+        let mut alike: Vec<PortAt> = Vec::new();
+        for law in laws.iter().filter(|_| self.is_rivalled) {
+            let of_law = self.judged_by(law);
+            let within = self.within.par_iter().map(|fitted| of_law.evidence(fitted));
+            let Hypothesis { port, at, .. } = law.curve.candidate.hypothesis;
+            let is_known = alike.iter().any(|known| (known.0.name, known.1) == (port.name, at));
+            if !is_known && of_law.own > within.reduce(|| f64::NEG_INFINITY, f64::max) - DECISIVE {
+                alike.push((port, at));
+            }
+        }
+        if alike.len() > 1 { alike } else { Vec::new() }
     }
 
     /// True for a law that does better than all that the library has, and no worse than what fits
@@ -73,21 +93,42 @@ impl<'a> Library<'a> {
     fn is_bettered_by(&self, law: &FreeFormLaw) -> bool {
         let partial = rules::noise_excess(self.problem, &law.fitted().residuals)
             > DISCOVERY_REMAINDER_MAX * self.noise_excess;
-        let noise = RivalNoise::left_by(self.problem, &law.fitted().residuals);
-        let null = noise.log_score(self.null);
-        let gain = |fitted: &Fitted| noise.log_score(fitted) - null;
-        let evidence = |fitted: &Fitted, gain| gain - price(self.problem, self.null, fitted);
+        let of_law = self.judged_by(law);
         let to_better = |fitted: &&Fitted| {
-            let gain = gain(fitted);
-            needed((evidence(fitted, gain), if self.within_noise { gain } else { 0.0 }))
+            let evidence = of_law.evidence(fitted);
+            let gain = evidence + price(self.problem, self.null, fitted);
+            needed((evidence, if self.within_noise { gain } else { 0.0 }))
         };
-        let to_reach = |fitted: &&Fitted| evidence(fitted, gain(fitted));
         let of_within = self.within.par_iter().map(to_better);
-        let of_anything = self.fit_anything.par_iter().map(to_reach);
+        let of_anything = self.fit_anything.par_iter().map(|fitted| of_law.evidence(fitted));
         let least = of_within.chain(of_anything).reduce(|| DECISIVE, f64::max);
+        !partial && of_law.own > least && (!self.adequate || is_of_library(of_law.own) >= NAMED)
+    }
+
+    /// A law beside the library, by the noise that it leaves.
+    fn judged_by(&self, law: &FreeFormLaw) -> LawEvidence<'_> {
+        let noise = RivalNoise::left_by(self.problem, &law.fitted().residuals);
+        let before = noise.log_score(self.null);
         let proposed = hypotheses::all().len() + hypotheses::surfaces().len();
-        let own = noise.log_score(law.fitted()) - null - (proposed as f64).ln();
-        !partial && own > least && (!self.adequate || is_of_library(own) >= NAMED)
+        let own = noise.log_score(law.fitted()) - before - (proposed as f64).ln();
+        LawEvidence { noise, null: self.null, before, own }
+    }
+}
+
+/// What the noise that a law leaves says of it, and of others.
+struct LawEvidence<'a> {
+    noise: RivalNoise<'a>,
+    null: &'a Fitted,
+    /// How well the calibrations alone predict.
+    before: f64,
+    /// Evidence for the law, nats.
+    own: f64,
+}
+
+impl LawEvidence<'_> {
+    /// Evidence for an explanation of the library, nats.
+    fn evidence(&self, fitted: &Fitted) -> f64 {
+        self.noise.evidence((self.null, self.before), fitted)
     }
 }
 
@@ -98,20 +139,28 @@ fn needed((evidence, gain): (f64, f64)) -> f64 {
     evidence + DECISIVE.max(HOLDS * gain)
 }
 
-/// Laws that do better than the library and that the logs do not tell apart, the one first that is named.
-/// Where no curve is enough, and where one was found, surfaces are looked at too: one variable is enough
-/// where a second one brings no more.
+/// What was found outside the library.
+pub(super) enum Outside {
+    /// Laws that do better than it and that the logs do not tell apart, the one first that is named.
+    Better(Vec<FreeFormLaw>),
+    /// Ports at which laws do as well; none where there are no such laws.
+    Alike(Vec<PortAt>),
+}
+
+/// Looks for laws that do better than the library. Where no curve is enough, and where one was found,
+/// surfaces are looked at too: one variable is enough where a second one brings no more.
 pub(super) fn free_form_laws(
     context: &DiscoveryContext<'_>,
     library: &Library<'_>,
     progress: ProgressCallback<'_>,
-) -> Vec<FreeFormLaw> {
+) -> Outside {
     let goal = library.goal();
     let ports = ports(context);
     let found = laws(context, &curves(context, &ports), goal, (progress, [0.0, 0.3]));
+    let alike = library.ports_alike(&found);
     let of_one = first(found, |law| library.is_bettered_by(law));
     if of_one.is_none() && library.within_noise {
-        return Vec::new();
+        return Outside::Alike(alike);
     }
     // What few places promise says little of what more of them bring.
     let found = laws(context, &surfaces(context, &ports), goal, (progress, [0.6, 0.7]));
@@ -119,7 +168,7 @@ pub(super) fn free_form_laws(
     let is_better = |law: &FreeFormLaw| {
         library.is_bettered_by(law) && of_curve.is_none_or(|curve| law.betters(context, curve))
     };
-    first(found, is_better).or(of_one).unwrap_or_default()
+    first(found, is_better).or(of_one).map_or(Outside::Alike(alike), Outside::Better)
 }
 
 /// The laws with the first one that is as asked before all others; `None` where there is none.

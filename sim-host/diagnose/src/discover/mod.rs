@@ -35,7 +35,7 @@ use crate::gate::may_be_named;
 use crate::rules::{self, score};
 use context::DiscoveryContext;
 use curve::FittedCurve;
-use laws::{FreeFormLaw, Library, curves_that_lower_cost, free_form_laws};
+use laws::{FreeFormLaw, Library, Outside, curves_that_lower_cost, free_form_laws};
 use rayon::prelude::*;
 use trueweld_estimate::fit::calibration::is_calibration;
 use trueweld_estimate::fit::{self, EffectScope, FitProblem, Fitted, SchurComplement};
@@ -162,36 +162,46 @@ pub fn discover(
         diagnosed.diagnosis.incomplete.push(Incomplete::Outside);
         return (diagnosed, Vec::new());
     }
-    match outside(problem, logs, &diagnosed, progress) {
-        Some((with_law, discovery)) => (with_law, vec![discovery]),
-        None => (diagnosed, Vec::new()),
+    let blocks = fit::blocks_of(problem);
+    let null = &diagnosed.fits.null;
+    let Some(eliminated) = SchurComplement::of(&null.linear) else {
+        return (diagnosed, Vec::new());
+    };
+    let (eliminated, id) = (&eliminated, free_name(&problem.known, &[]));
+    let context = DiscoveryContext { problem, logs, blocks: &blocks, null, eliminated, id: &id };
+    match free_form_laws(&context, &Library::of(problem, &diagnosed), progress) {
+        Outside::Alike(ports) if ports.is_empty() => (diagnosed, Vec::new()),
+        Outside::Alike(ports) => {
+            let Diagnosed { diagnosis, fits } = diagnosed;
+            (Diagnosed { diagnosis: diagnosis.beside_outside(ports), fits }, Vec::new())
+        }
+        Outside::Better(laws) => match with_law(&context, &diagnosed, &laws, progress) {
+            Some((with_law, discovery)) => (with_law, vec![discovery]),
+            None => (diagnosed, Vec::new()),
+        },
     }
 }
 
-/// The law outside the library that does better than all within, and the diagnosis with it.
-fn outside(
-    problem: &FitProblem,
-    logs: &[Log],
+/// The first of the laws that do better than all within the library, and the diagnosis with it; `None`
+/// where it may not be named.
+fn with_law(
+    context: &DiscoveryContext<'_>,
     diagnosed: &Diagnosed,
+    laws: &[FreeFormLaw],
     progress: ProgressCallback<'_>,
 ) -> Option<(Diagnosed, Discovery)> {
+    let DiscoveryContext { problem, logs, blocks, null, .. } = *context;
     let Diagnosed { diagnosis, fits } = diagnosed;
-    let blocks = fit::blocks_of(problem);
-    let null = &fits.null;
-    let eliminated = &SchurComplement::of(&null.linear)?;
-    let id = free_name(&problem.known, &[]);
-    let context = DiscoveryContext { problem, logs, blocks: &blocks, null, eliminated, id: &id };
-    let laws = free_form_laws(&context, &Library::of(problem, diagnosed), progress);
     let best = laws.first()?;
     let inflation = rules::variance_inflation(best.fitted());
     progress("looking for its formula", 0.8);
-    let (mut discovery, fitted) = described(&context, &laws)?;
+    let (mut discovery, fitted) = described(context, laws)?;
     let effect = std::slice::from_ref(&discovery.effect);
     if !may_be_named(problem, (null, &fitted), effect) {
         return None;
     }
     discovery.held_out_before = diagnosis.score_before;
-    let (improved, _) = select_calibrations(problem, &blocks, &fitted);
+    let (improved, _) = select_calibrations(problem, blocks, &fitted);
     let is_of_calibration = |of| is_calibration(improved.point.effect(of).kind);
     let calibration = found_beside(problem, &improved, &fitted, is_of_calibration);
     let unexplained = match rules::within_noise(problem, &improved.residuals) {
@@ -204,7 +214,7 @@ fn outside(
         _ => like.left < LIKE,
     };
     let nearest = diagnosis.candidates.first().zip(fits.candidates.first()).filter(near);
-    discovery.like = nearest.and_then(|like| nearest_effect(&context, &best.curve, like));
+    discovery.like = nearest.and_then(|like| nearest_effect(context, &best.curve, like));
     // What is found outside the library stands beside what was tried within.
     let beside = diagnosis.candidates.iter().zip(&fits.candidates).map(|(candidate, within)| {
         let worse = (within.cost - fitted.cost).max(0.0) / inflation;
@@ -215,7 +225,7 @@ fn outside(
         verdict: DiagnosisVerdict::UnknownEffect,
         score_after: score(&improved.residuals),
         errors: DiagnosisErrors {
-            after: errors_from_others(problem, &blocks, &improved),
+            after: errors_from_others(problem, blocks, &improved),
             ..diagnosis.errors.clone()
         },
         candidates: beside.collect(),

@@ -88,10 +88,10 @@ pub(super) fn likeliest<'c>(
 }
 
 /// A port at a place, with the slopes of all residuals by a constant there.
-pub(super) type PortAt = (&'static NamedPort, Location, Slopes);
+pub(super) type PortSlopes = (&'static NamedPort, Location, Slopes);
 
 /// Every port at every place where the logs show it.
-pub(super) fn ports(context: &DiscoveryContext<'_>) -> Vec<PortAt> {
+pub(super) fn ports(context: &DiscoveryContext<'_>) -> Vec<PortSlopes> {
     let mut ports: Vec<(&'static NamedPort, Location)> = Vec::new();
     for hypothesis in hypotheses::all() {
         let place = (hypothesis.port, hypothesis.at);
@@ -104,14 +104,17 @@ pub(super) fn ports(context: &DiscoveryContext<'_>) -> Vec<PortAt> {
 }
 
 /// Every surface.
-pub(super) fn surfaces(context: &DiscoveryContext<'_>, ports: &[PortAt]) -> Vec<CurveCandidate> {
+pub(super) fn surfaces(
+    context: &DiscoveryContext<'_>,
+    ports: &[PortSlopes],
+) -> Vec<CurveCandidate> {
     of_logs(context, ports, &hypotheses::surfaces())
 }
 
 /// Every hypothesis that the logs carry the variables of and show the port of.
 fn of_logs(
     context: &DiscoveryContext<'_>,
-    ports: &[PortAt],
+    ports: &[PortSlopes],
     all: &[Hypothesis],
 ) -> Vec<CurveCandidate> {
     let rows = context.rows();
@@ -120,8 +123,12 @@ fn of_logs(
 
 /// A hypothesis with its variables by row; `None` where the logs do not carry them, or do not show
 /// its port.
-fn of_rows(rows: &LogRows<'_>, ports: &[PortAt], hypothesis: Hypothesis) -> Option<CurveCandidate> {
-    let here = |p: &&PortAt| (p.0.name, p.1) == (hypothesis.port.name, hypothesis.at);
+fn of_rows(
+    rows: &LogRows<'_>,
+    ports: &[PortSlopes],
+    hypothesis: Hypothesis,
+) -> Option<CurveCandidate> {
+    let here = |p: &&PortSlopes| (p.0.name, p.1) == (hypothesis.port.name, hypothesis.at);
     let constant = ports.iter().find(here)?.2.clone();
     let values = |text| rows.of(hypothesis.port, hypothesis.at, text);
     let over = values(hypothesis.over)?;
@@ -138,7 +145,7 @@ fn of_rows(rows: &LogRows<'_>, ports: &[PortAt], hypothesis: Hypothesis) -> Opti
 }
 
 /// Every curve, and every loop that may stand in its place.
-pub(super) fn curves(context: &DiscoveryContext<'_>, ports: &[PortAt]) -> Vec<CurveCandidate> {
+pub(super) fn curves(context: &DiscoveryContext<'_>, ports: &[PortSlopes]) -> Vec<CurveCandidate> {
     let mut found = of_logs(context, ports, &hypotheses::all());
     let loops = |curve: &CurveCandidate| {
         let range = curve.range(context)?;

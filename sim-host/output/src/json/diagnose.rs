@@ -13,7 +13,7 @@ use crate::text::diagnose::incomplete;
 use crate::text::experiment;
 use crate::{DiagnoseReport, text};
 use trueweld_diagnose::experiment::{Plan, PlanRow};
-use trueweld_diagnose::{Candidate, Confusable, Diagnosis, EffectLimit, ExplanationReason};
+use trueweld_diagnose::{Candidate, Confusable, Diagnosis, EffectLimit, ExplanationReason, PortAt};
 use trueweld_plant::input::RobotFile;
 use trueweld_plant::provenance::Provenance;
 
@@ -63,6 +63,11 @@ result! {
         /// Laws outside the library that were found; then the score after is with the first of them.
         #[serde(default)]
         discovered: Vec<DiscoveredLaw> = DiscoveredLaw::all(report.discovered, robot),
+        /// Where laws outside the library explain the logs as well: several ports, which the logs do not tell
+        /// apart, or none.
+        #[serde(default)]
+        ports_alike: Vec<PortPlace> =
+            diagnosis.ports_alike.iter().map(|port| PortPlace::of(*port, robot)).collect(),
         /// Calibrations that are off.
         calibration: Vec<FittedEffectValues> =
             FittedEffectValues::calibrations(&diagnosis.calibration, robot, before),
@@ -89,6 +94,16 @@ result! {
         /// Trackers that stood elsewhere, and were registered first.
         #[serde(default)]
         registered: Vec<RegisteredTracker> = RegisteredTracker::all(report.notices),
+    }
+}
+
+result! {
+    /// A port of the plant, at a place.
+    PortPlace of (port: PortAt, robot: &RobotFile) {
+        /// The port, as an effect of one's own names it.
+        port: String = port.0.name.to_owned(),
+        /// A joint's name, or nothing for the whole cell.
+        at: String = text::discover::joint(port.1, robot).to_owned(),
     }
 }
 

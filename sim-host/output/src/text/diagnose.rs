@@ -274,6 +274,16 @@ pub(crate) fn verdict(
                 "The time was up before every effect was tried: what is missing cannot be told yet (score {before}).{calibrated}"
             )
         }
+        (DiagnosisVerdict::UnknownEffect, ..) if !diagnosis.ports_alike.is_empty() => {
+            let record = next.map_or(String::new(), |next| format!(" {next}"));
+            let laws = diagnosis.ports_alike.iter().map(|port| discover::of_port(*port, robot));
+            format!(
+                "Something is missing (score {before}), and these logs do not tell where it acts: likeliest {}; but a law that no effect \
+                 here has would explain it as well, as {}.{record}",
+                listed(&tied(diagnosis, robot), "and"),
+                listed(&laws.collect::<Vec<_>>(), "or"),
+            )
+        }
         (DiagnosisVerdict::UnknownEffect, ..) if diagnosis.is_faint() => {
             let record = next.map_or(String::new(), |next| format!(" {next}"));
             format!(

@@ -2,8 +2,8 @@
 
 use super::effects::capital;
 use super::{Scale, digits, listed, score, share};
-use trueweld_diagnose::FittedEffect;
 use trueweld_diagnose::discover::{DISCOVERED, Discovery, Hypothesis, LikeEffect};
+use trueweld_diagnose::{FittedEffect, PortAt};
 use trueweld_plant::effects::{Action, Effect, Location};
 use trueweld_plant::input::RobotFile;
 
@@ -17,7 +17,12 @@ pub(crate) fn joint(at: Location, robot: &RobotFile) -> &str {
 
 /// What it is, such as `a torque on the link at A4`.
 pub(crate) fn quantity(hypothesis: &Hypothesis, robot: &RobotFile) -> String {
-    let name = hypothesis.port.name;
+    of_port((hypothesis.port, hypothesis.at), robot)
+}
+
+/// What acts at a port.
+pub(crate) fn of_port((port, at): PortAt, robot: &RobotFile) -> String {
+    let name = port.name;
     let axis = name.chars().last().unwrap_or_default();
     let what = match name.trim_end_matches(['x', 'y', 'z']) {
         "spring-torque" => "a torque between motor and link".to_owned(),
@@ -31,9 +36,9 @@ pub(crate) fn quantity(hypothesis: &Hypothesis, robot: &RobotFile) -> String {
         "force-sensor-" => format!("an error of the force sensor along {axis} of the tool"),
         "link-encoder" => "an error of the second encoder".to_owned(),
         "recorded-torque" => "an error of the recorded motor torque".to_owned(),
-        _ => hypothesis.port.meaning.to_owned(),
+        _ => port.meaning.to_owned(),
     };
-    match joint(hypothesis.at, robot) {
+    match joint(at, robot) {
         "" => what,
         at => format!("{what} at {at}"),
     }

@@ -1,8 +1,8 @@
 //! What is said of an improvement.
 
 use super::diagnose::{
-    NAMED_CALIBRATIONS_MAX, calibrations, followed, implausible, in_a_line, setting, values,
-    verdict,
+    NAMED_CALIBRATIONS_MAX, calibrations, followed, implausible, in_a_line, setting, spoken,
+    values, verdict,
 };
 use super::{Scale, discover, error, listed, probability, score, score_change};
 use crate::ImproveReport;
@@ -11,6 +11,7 @@ use trueweld_diagnose::{DiagnosisVerdict, FittedEffect};
 use trueweld_estimate::residuals::compare::NOISE_FLOOR_SCORE;
 use trueweld_estimate::residuals::error::ChannelError;
 use trueweld_estimate::residuals::localize::Finding;
+use trueweld_plant::effects::Effect;
 use trueweld_plant::input::RobotFile;
 
 impl ImproveReport<'_> {
@@ -104,10 +105,14 @@ impl ImproveReport<'_> {
             _ if !improvement.discovered.is_empty() => {
                 discover::headline(&improvement.discovered, &self.model.robot)
             }
-            DiagnosisVerdict::UnknownEffect if improvement.is_any() => format!(
-                "A part is explained. {}, which no effect here explains.",
-                remainder(&last.errors, &improvement.unexplained)
-            ),
+            DiagnosisVerdict::UnknownEffect
+                if improvement.is_any() && improvement.diagnosis.ports_alike.is_empty() =>
+            {
+                format!(
+                    "A part is explained. {}, which no effect here explains.",
+                    remainder(&last.errors, &improvement.unexplained)
+                )
+            }
             verdict => {
                 let left = (verdict, &improvement.unexplained[..]);
                 self::verdict(&improvement.diagnosis, left, &self.model.robot, None)
@@ -171,11 +176,26 @@ impl ImproveReport<'_> {
                 None => format!("{sort}, fitted to all logs"),
             };
             let name = found.effect.name(&self.model.robot);
-            values(found)
-                .into_iter()
-                .map(move |(parameter, value)| [name.clone(), parameter, value, from.clone()])
+            let row = |(parameter, value): (String, String)| {
+                let from = format!("{from}{}", self.with_own(&found.effect, &parameter));
+                [name.clone(), parameter, value, from]
+            };
+            values(found).into_iter().map(row).collect::<Vec<_>>()
         })
         .collect()
+    }
+
+    /// What a value comes to with the number of the robot's own that it adds to; nothing where it stands
+    /// alone.
+    fn with_own(&self, effect: &Effect, parameter: &str) -> String {
+        let parameters = effect.kind.parameters.iter().enumerate();
+        let numbers = parameters.filter(|(_, p)| spoken(p) == parameter).filter_map(|(k, p)| {
+            let own = effect.kind.own(k, effect.at, &self.model.robot.parameters)?;
+            let scale = Scale::of_parameter(p);
+            let whole = scale.quantity(own + effect.values[k]);
+            (own != 0.0).then(|| format!("; with the robot's {}: {whole}", scale.number(own)))
+        });
+        numbers.collect()
     }
 }
 

@@ -529,6 +529,7 @@ pub fn diagnosis(verdict: DiagnosisVerdict) -> Parts {
             }],
             unexplained: comparison.worst,
             incomplete: Vec::new(),
+            ports_alike: Vec::new(),
         },
         explanation: Explanation {
             reasons: vec![reason(Some(curve)), reason(None)],
