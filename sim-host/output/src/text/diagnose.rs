@@ -279,7 +279,7 @@ pub(crate) fn verdict(
             let laws = diagnosis.ports_alike.iter().map(|port| discover::of_port(*port, robot));
             format!(
                 "Something is missing (score {before}), and these logs do not tell where it acts: likeliest {}; but a law that no effect \
-                 here has would explain it as well, as {}.{record}",
+                 here has would explain them as well: {}.{record}",
                 listed(&tied(diagnosis, robot), "and"),
                 listed(&laws.collect::<Vec<_>>(), "or"),
             )
