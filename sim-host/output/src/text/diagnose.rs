@@ -251,10 +251,10 @@ pub(crate) fn verdict(
         )
     });
     let follows = || followed(unexplained);
+    let record = next.map_or(String::new(), |next| format!(" {next}"));
     let partial = || best.map_or(String::new(), |best| partial_explanation(diagnosis, best, robot));
     match (verdict, best, calibrated) {
         (DiagnosisVerdict::EffectFound, Some(best), _) if !best.indistinguishable.is_empty() => {
-            let record = next.map_or(String::new(), |next| format!(" {next}"));
             format!(
                 "Something is missing (score {before}), and these logs cannot separate {}: each brings the score to {} where it was \
                  not fitted.{record}",
@@ -275,7 +275,6 @@ pub(crate) fn verdict(
             )
         }
         (DiagnosisVerdict::UnknownEffect, ..) if !diagnosis.ports_alike.is_empty() => {
-            let record = next.map_or(String::new(), |next| format!(" {next}"));
             let laws = diagnosis.ports_alike.iter().map(|port| discover::of_port(*port, robot));
             format!(
                 "Something is missing (score {before}), and these logs do not tell where it acts: likeliest {}; but a law that no effect \
@@ -285,7 +284,6 @@ pub(crate) fn verdict(
             )
         }
         (DiagnosisVerdict::UnknownEffect, ..) if diagnosis.is_faint() => {
-            let record = next.map_or(String::new(), |next| format!(" {next}"));
             format!(
                 "Something is missing (score {before}), too faintly to be named: likeliest {}. Something outside the library may \
                  look alike in so little.{record}",
