@@ -111,6 +111,25 @@ fn a_law_that_fits_worse_than_the_library_is_not_told() {
 
 #[test]
 #[ignore = "release checklist"]
+fn what_slopes_promised_too_little_of_is_not_taken_as_disproved() {
+    // The foot that yields, which the tilt of A1's bearing is not told from: its slopes without either
+    // promised an eighth of what it comes to.
+    let judged = of_corpus(10331, 306, &Protocol::short());
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+    assert!(judged.named[1].tie, "{judged:#?}");
+}
+
+#[test]
+#[ignore = "release checklist"]
+fn an_effect_that_another_one_does_without_and_better_leaves_its_place_to_it() {
+    // A stiffness that grows with the twist, which slopes promise nothing of but beside the backlash
+    // that does a part of the same.
+    let judged = of_corpus(10331, 378, &Protocol::short());
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+}
+
+#[test]
+#[ignore = "release checklist"]
 fn what_laws_at_several_ports_explain_as_well_is_not_named() {
     // A cable that pulls at A1's link: the joint passes each angle once, so that three frictions of the
     // library do as well, as do laws of the link's torque, of friction and of what the motor reads.

@@ -286,7 +286,8 @@ pub fn diagnose(
             incomplete.push(Incomplete::Further);
         }
         (chosen, alike) = (explained.chosen, explained.alike);
-        singles[0] = chosen[0].clone();
+        singles.retain(|single| !same_effects(single, &chosen[0]));
+        singles.insert(0, chosen[0].clone());
         while let Some(last) = chosen.last() {
             let before = chosen.len().checked_sub(2).map_or(ctx.null, |k| &chosen[k]);
             if is_nameable(&ctx, before, last) {
@@ -366,7 +367,7 @@ fn look(
     }
     progress("fitting the likeliest", 0.45);
     let wanted = likeliest(screened.iter(), rules::FITTED_HYPOTHESES);
-    let singles = fit_all(&ctx, &wanted);
+    let singles = fit_all(&SearchContext { screened: &screened, ..ctx }, &wanted);
     if problem.is_late() && singles.len() < wanted.len() {
         incomplete.push(Incomplete::Fits(wanted.len() - singles.len()));
     }

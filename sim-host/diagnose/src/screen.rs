@@ -141,6 +141,11 @@ impl<'a> Screening<'a> {
         self.weighed(shapes.into_iter().filter_map(shaped).collect())
     }
 
+    /// One that was screened before, by the slopes of then.
+    pub(crate) fn weighed_again(&self, screened: &ScreenedEffect) -> Option<ScreenedEffect> {
+        self.weighed(screened.shapes.clone())
+    }
+
     /// The best of the shapes of one effect, by these slopes.
     fn weighed(&self, shapes: Vec<(Effect, Arc<[Slopes]>)>) -> Option<ScreenedEffect> {
         let all = shapes.iter().filter_map(|(effect, slopes)| self.weighed_shape(effect, slopes));
@@ -366,7 +371,7 @@ pub(crate) fn screen_again(ctx: &SearchContext<'_>, most: usize) -> Vec<Screened
     let Some(screening) = Screening::of(ctx) else { return Vec::new() };
     let is_wave = |kind: &EffectKind| kind.parameters.iter().any(|p| p.role == Role::Order);
     let weighed = |screened: &ScreenedEffect| {
-        (!is_wave(screened.limit.kind)).then(|| screening.weighed(screened.shapes.clone()))?
+        (!is_wave(screened.limit.kind)).then(|| screening.weighed_again(screened))?
     };
     let as_before: Vec<ScreenedEffect> = ctx.screened.par_iter().filter_map(weighed).collect();
     let promising = likeliest(as_before.iter(), most).into_iter();

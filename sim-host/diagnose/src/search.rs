@@ -187,6 +187,16 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
     });
     fits.extend(others.collect::<Vec<_>>());
     fits.retain(|fitted| arrived(slice::from_ref(fitted)));
+    if let Some(best) = fits.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).cloned() {
+        for rival in rivals(ctx, &best, &fits) {
+            let same = |f: &Fitted| last_name(f) == last_name(&rival);
+            match fits.iter_mut().find(|f| same(f)) {
+                Some(known) if known.cost <= rival.cost => {}
+                Some(known) => *known = rival,
+                None => fits.push(rival),
+            }
+        }
+    }
     let mut fits = by_evidence(ctx, fits);
     // What such a delay does as well or better is not believed of anything else either.
     let by_delay = fits
@@ -199,6 +209,44 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
         refit_scaled(ctx.problem, ctx.blocks, best, last);
     }
     fits
+}
+
+/// Kind and place of the last effect of a fit.
+fn last_name(fitted: &Fitted) -> Option<(&'static str, Location)> {
+    fitted.point.shared.last().map(|e| (e.kind.id, e.at))
+}
+
+/// Other effects in place of the last one of a fit, from where it stands, but for those whose fits
+/// arrived. Where calibrations hide much of an effect, its slopes beside them at their best without it
+/// say little of what it would come to: one that was given up for them is not disproved.
+fn rivals(ctx: &SearchContext<'_>, best: &Fitted, fits: &[Fitted]) -> Vec<Fitted> {
+    let Some(last) = best.point.shared.len().checked_sub(1) else { return Vec::new() };
+    let (point, known) = without(best, last);
+    let options = SolverOptions::steps(0, known.len());
+    let Ok(base) = fit::fit(ctx.problem, &point, ctx.blocks, &known, options) else {
+        return Vec::new();
+    };
+    let beside = SearchContext { null: &base, given: &base, ..*ctx };
+    let Some(screening) = Screening::of(&beside) else { return Vec::new() };
+    let screened: Vec<ScreenedEffect> =
+        ctx.screened.par_iter().filter_map(|s| screening.weighed_again(s)).collect();
+    let arrived =
+        |f: &&Fitted| matches!(f.termination, Termination::Converged | Termination::SmallDecrease);
+    let arrived: Vec<_> = fits.iter().filter(arrived).filter_map(last_name).collect();
+    let is_open = |s: &&ScreenedEffect| {
+        let name = (s.limit.kind.id, s.limit.at);
+        !arrived.contains(&name) && best.point.shared.iter().all(|e| (e.kind.id, e.at) != name)
+    };
+    let others = likeliest(screened.iter().filter(is_open), rules::FITTED_BESIDE);
+    let goal = ctx.null.cost - rules::PROMISED_WIN_SHARE * (ctx.null.cost - best.cost);
+    let fit = |rival: &&ScreenedEffect| {
+        let start = start(&beside, &base, &rival.starts[0].0)?;
+        // It must promise something at least over what there is without either. What it comes to shows
+        // once a step has brought it where its slopes are right.
+        let promises = start.cost < ctx.null.cost;
+        promises.then(|| fit_in_full(&beside, fit_roughly(&beside, &[start], |_| 1), goal))?
+    };
+    others.par_iter().filter(|_| !ctx.problem.is_late()).filter_map(fit).collect()
 }
 
 /// Fits with the most evidence beside the calibrations first.
@@ -321,6 +369,15 @@ pub(crate) fn refit(
     }
 }
 
+/// The point of a fit without one of its effects, and the slopes of what stays free.
+fn without(fitted: &Fitted, index: usize) -> (FitState, Vec<Slopes>) {
+    let stays = |(free, slopes): (&FreeParameter, &Slopes)| {
+        (free.of != EffectScope::Shared(index)).then(|| slopes.clone())
+    };
+    let known = fitted.point.free.iter().zip(&fitted.slopes).filter_map(stays);
+    (fitted.point.without(index), known.collect())
+}
+
 /// The fit without one of its effects, from where it stands; given up where slopes do not promise
 /// the cost `goal`.
 fn fit_without(
@@ -329,14 +386,8 @@ fn fit_without(
     index: usize,
     goal: f64,
 ) -> Option<Fitted> {
-    let point = fitted.point.without(index);
-    let stale = in_proportion(&point);
-    let stays = |(free, slopes): (&FreeParameter, &Slopes)| {
-        (free.of != EffectScope::Shared(index)).then(|| slopes.clone())
-    };
-    let known: Vec<Slopes> =
-        fitted.point.free.iter().zip(&fitted.slopes).filter_map(stays).collect();
-    let options = SolverOptions { goal, ..SolverOptions::full(stale) };
+    let (point, known) = without(fitted, index);
+    let options = SolverOptions { goal, ..SolverOptions::full(in_proportion(&point)) };
     fit::fit(ctx.problem, &point, ctx.blocks, &known, options).ok()
 }
 
@@ -430,10 +481,11 @@ pub(super) fn add_effects(ctx: &SearchContext<'_>, single: Fitted) -> Explained 
     while chosen.len() < EXPLANATION_EFFECTS_MAX
         && !ctx.problem.is_late()
         && let Some(fitted) = chosen.last()
-        && let Some((before, after, others)) = add_effect(ctx, fitted)
+        && let Some((better, others)) = add_effect(ctx, fitted)
     {
         chosen.pop();
-        chosen.extend([before, after]);
+        chosen.extend(better);
+        alike.resize_with(chosen.len() - 1, Vec::new);
         alike.push(others);
     }
     Explained { chosen, alike }
@@ -441,10 +493,11 @@ pub(super) fn add_effects(ctx: &SearchContext<'_>, single: Fitted) -> Explained 
 
 /// The fit without one effect more, from where that has taken the others, the fit with it, and those
 /// with another in its place that the data do not tell from it. Every effect must earn its place: one
-/// that the others do as well without is dropped; of two effects, either of which does what both do,
-/// none is. A fit may be at the floor already: how high that lies is known less well than what a
-/// second effect brings. One that would not be named for its faintness is none to be added.
-fn add_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Option<(Fitted, Fitted, Vec<Fitted>)> {
+/// that the others do as well without is dropped; a single one that the new one does without, and
+/// better, leaves its place to it; of two, either of which does what both do, none is added. A fit
+/// may be at the floor already: how high that lies is known less well than what a second effect
+/// brings. One that would not be named for its faintness is none to be added.
+fn add_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Option<(Vec<Fitted>, Vec<Fitted>)> {
     let problem = ctx.problem;
     let counts = |more: &Fitted| is_significant(problem, fitted, more);
     let mut further = add_each_effect(ctx, fitted).into_iter().filter(counts);
@@ -472,12 +525,15 @@ fn add_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Option<(Fitted, Fitte
             let reach =
                 beside.penalized_cost(&more) + DECISIVE_FALL * rules::variance_inflation(&more);
             let alike = further.filter(|other| beside.penalized_cost(other) < reach).collect();
-            Some((before, more, alike))
+            Some((vec![before, more], alike))
         }
-        Some(fewer) if (0..last).filter(own).count() > 1 && fewer.cost < before.cost => {
-            Some((before, fewer, Vec::new()))
+        Some(fewer) if (0..last).filter(own).count() > 1 => {
+            (fewer.cost < before.cost).then(|| (vec![before, fewer], Vec::new()))
         }
-        Some(_) => None,
+        Some(other) => {
+            let less = fitted.cost - DECISIVE_FALL * rules::variance_inflation(&other);
+            (other.cost < less).then(|| (vec![other], Vec::new()))
+        }
     }
 }
 

@@ -140,11 +140,12 @@ fn needed((evidence, gain): (f64, f64)) -> f64 {
 }
 
 /// What was found outside the library.
-pub(super) enum Outside {
-    /// Laws that do better than it and that the logs do not tell apart, the one first that is named.
-    Better(Vec<FreeFormLaw>),
+pub(super) struct Outside {
+    /// Laws that do better than it and that the logs do not tell apart, the one first that is named;
+    /// none where there are no such laws.
+    pub better: Vec<FreeFormLaw>,
     /// Ports at which laws do as well; none where there are no such laws.
-    Alike(Vec<PortAt>),
+    pub alike: Vec<PortAt>,
 }
 
 /// Looks for laws that do better than the library. Where no curve is enough, and where one was found,
@@ -160,7 +161,7 @@ pub(super) fn free_form_laws(
     let alike = library.ports_alike(&found);
     let of_one = first(found, |law| library.is_bettered_by(law));
     if of_one.is_none() && library.within_noise {
-        return Outside::Alike(alike);
+        return Outside { better: Vec::new(), alike };
     }
     // What few places promise says little of what more of them bring.
     let found = laws(context, &surfaces(context, &ports), goal, (progress, [0.6, 0.7]));
@@ -168,7 +169,7 @@ pub(super) fn free_form_laws(
     let is_better = |law: &FreeFormLaw| {
         library.is_bettered_by(law) && of_curve.is_none_or(|curve| law.betters(context, curve))
     };
-    first(found, is_better).or(of_one).map_or(Outside::Alike(alike), Outside::Better)
+    Outside { better: first(found, is_better).or(of_one).unwrap_or_default(), alike }
 }
 
 /// The laws with the first one that is as asked before all others; `None` where there is none.

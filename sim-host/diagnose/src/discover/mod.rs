@@ -169,21 +169,20 @@ pub fn discover(
     };
     let (eliminated, id) = (&eliminated, free_name(&problem.known, &[]));
     let context = DiscoveryContext { problem, logs, blocks: &blocks, null, eliminated, id: &id };
-    match free_form_laws(&context, &Library::of(problem, &diagnosed), progress) {
-        Outside::Alike(ports) if ports.is_empty() => (diagnosed, Vec::new()),
-        Outside::Alike(ports) => {
+    let library = Library::of(problem, &diagnosed);
+    let Outside { better, alike } = free_form_laws(&context, &library, progress);
+    match with_law(&context, &diagnosed, &better, progress) {
+        Some((with_law, discovery)) => (with_law, vec![discovery]),
+        None if alike.is_empty() => (diagnosed, Vec::new()),
+        None => {
             let Diagnosed { diagnosis, fits } = diagnosed;
-            (Diagnosed { diagnosis: diagnosis.beside_outside(ports), fits }, Vec::new())
+            (Diagnosed { diagnosis: diagnosis.beside_outside(alike), fits }, Vec::new())
         }
-        Outside::Better(laws) => match with_law(&context, &diagnosed, &laws, progress) {
-            Some((with_law, discovery)) => (with_law, vec![discovery]),
-            None => (diagnosed, Vec::new()),
-        },
     }
 }
 
 /// The first of the laws that do better than all within the library, and the diagnosis with it; `None`
-/// where it may not be named.
+/// where there is none, or it may not be named.
 fn with_law(
     context: &DiscoveryContext<'_>,
     diagnosed: &Diagnosed,

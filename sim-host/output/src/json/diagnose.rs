@@ -1,7 +1,7 @@
 //! Which physical effect is missing in a model, and what to record next.
 
 use super::compare::ResidualFinding;
-use super::discover::DiscoveredLaw;
+use super::discover::{DiscoveredLaw, PortPlace};
 use super::effects::{EffectCurveData, EffectPlace, FittedEffectValues, at_name};
 use super::error::ChannelErrorFigures;
 use super::log_fault::FileMistake;
@@ -13,7 +13,7 @@ use crate::text::diagnose::incomplete;
 use crate::text::experiment;
 use crate::{DiagnoseReport, text};
 use trueweld_diagnose::experiment::{Plan, PlanRow};
-use trueweld_diagnose::{Candidate, Confusable, Diagnosis, EffectLimit, ExplanationReason, PortAt};
+use trueweld_diagnose::{Candidate, Confusable, Diagnosis, EffectLimit, ExplanationReason};
 use trueweld_plant::input::RobotFile;
 use trueweld_plant::provenance::Provenance;
 
@@ -94,16 +94,6 @@ result! {
         /// Trackers that stood elsewhere, and were registered first.
         #[serde(default)]
         registered: Vec<RegisteredTracker> = RegisteredTracker::all(report.notices),
-    }
-}
-
-result! {
-    /// A port of the plant, at a place.
-    PortPlace of (port: PortAt, robot: &RobotFile) {
-        /// The port, as an effect of one's own names it.
-        port: String = port.0.name.to_owned(),
-        /// A joint's name, or nothing for the whole cell.
-        at: String = text::discover::joint(port.1, robot).to_owned(),
     }
 }
 

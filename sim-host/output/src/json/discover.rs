@@ -4,6 +4,7 @@ use super::effects::{FittedEffectValues, FittedValue};
 use super::{finite, result};
 use crate::text;
 use std::collections::BTreeMap;
+use trueweld_diagnose::PortAt;
 use trueweld_diagnose::discover::{Discovery, FreeSurface, Hypothesis};
 use trueweld_plant::input::RobotFile;
 
@@ -38,12 +39,20 @@ result! {
 }
 
 result! {
+    /// A port of the plant, at a place.
+    PortPlace of (port: PortAt, robot: &RobotFile) {
+        /// The port, as an effect of one's own names it.
+        port: String = port.0.name.to_owned(),
+        /// A joint's name, or nothing for the whole cell.
+        at: String = text::discover::joint(port.1, robot).to_owned(),
+    }
+}
+
+result! {
     /// Where a law may act, and what it may depend on.
     DiscoveredPlace of (hypothesis: &Hypothesis, robot: &RobotFile) {
-        /// The port, as an effect of one's own names it.
-        port: String = hypothesis.port.name.to_owned(),
-        /// A joint's name, or nothing for the whole cell.
-        at: String = text::discover::joint(hypothesis.at, robot).to_owned(),
+        #[serde(flatten)]
+        port: PortPlace = PortPlace::of((hypothesis.port, hypothesis.at), robot),
         /// Variables of the port, that of the curve first.
         over: Vec<String> = hypothesis.variables().into_iter().map(str::to_owned).collect(),
         /// What the curve is multiplied by, an expression over the port's variables.
