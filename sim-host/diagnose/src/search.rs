@@ -186,7 +186,6 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
         }
     });
     fits.extend(others.collect::<Vec<_>>());
-    fits.retain(|fitted| arrived(slice::from_ref(fitted)));
     if let Some(best) = fits.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).cloned() {
         for rival in rivals(ctx, &best, &fits) {
             let same = |f: &Fitted| last_name(f) == last_name(&rival);
@@ -197,6 +196,7 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
             }
         }
     }
+    fits.retain(|fitted| arrived(slice::from_ref(fitted)));
     let mut fits = by_evidence(ctx, fits);
     // What such a delay does as well or better is not believed of anything else either.
     let by_delay = fits
