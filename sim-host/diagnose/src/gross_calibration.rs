@@ -7,7 +7,7 @@ use super::rules::{self, within_noise};
 use nalgebra::DVector;
 use rayon::prelude::*;
 use trueweld_estimate::fit::calibration::is_calibration;
-use trueweld_estimate::fit::{self, FitProblem, FitState, Fitted, SolverOptions, Termination};
+use trueweld_estimate::fit::{self, FitProblem, FitState, Fitted, SolverOptions};
 use trueweld_plant::effects::Location;
 
 /// The calibrations alone, one of them free to be of any size, where that is all there is to say: it
@@ -49,7 +49,7 @@ pub(super) fn gross_calibration(
             return None;
         }
         fitted = fit::fit(problem, &fitted.point, blocks, &[], SolverOptions::full(0)).ok()?;
-        if matches!(fitted.termination, Termination::Converged | Termination::SmallDecrease) {
+        if fitted.termination.is_arrival() {
             break;
         }
     }

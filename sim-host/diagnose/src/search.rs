@@ -12,7 +12,7 @@ use trueweld_core::JOINTS;
 use trueweld_estimate::fit::calibration::{calibrations, in_proportion, is_calibration};
 use trueweld_estimate::fit::{
     self, EffectScope, FitProblem, FitState, Fitted, FreeParameter, Residuals, Slopes,
-    SolverOptions, Termination,
+    SolverOptions,
 };
 use trueweld_estimate::predict::{ComparedQuantity, PredictError};
 use trueweld_plant::effects::{Effect, EffectKind, Location, Role};
@@ -186,14 +186,12 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
         }
     });
     fits.extend(others.collect::<Vec<_>>());
-    if let Some(best) = fits.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).cloned() {
-        for rival in rivals(ctx, &best, &fits) {
-            let same = |f: &Fitted| last_name(f) == last_name(&rival);
-            match fits.iter_mut().find(|f| same(f)) {
-                Some(known) if known.cost <= rival.cost => {}
-                Some(known) => *known = rival,
-                None => fits.push(rival),
-            }
+    let best = fits.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+    for rival in best.map_or(Vec::new(), |best| rivals(ctx, best, &fits)) {
+        match fits.iter_mut().find(|known| last_name(known) == last_name(&rival)) {
+            Some(known) if known.cost <= rival.cost => {}
+            Some(known) => *known = rival,
+            None => fits.push(rival),
         }
     }
     fits.retain(|fitted| arrived(slice::from_ref(fitted)));
@@ -230,9 +228,8 @@ fn rivals(ctx: &SearchContext<'_>, best: &Fitted, fits: &[Fitted]) -> Vec<Fitted
     let Some(screening) = Screening::of(&beside) else { return Vec::new() };
     let screened: Vec<ScreenedEffect> =
         ctx.screened.par_iter().filter_map(|s| screening.weighed_again(s)).collect();
-    let arrived =
-        |f: &&Fitted| matches!(f.termination, Termination::Converged | Termination::SmallDecrease);
-    let arrived: Vec<_> = fits.iter().filter(arrived).filter_map(last_name).collect();
+    let arrived = fits.iter().filter(|f| f.termination.is_arrival());
+    let arrived: Vec<_> = arrived.filter_map(last_name).collect();
     let is_open = |s: &&ScreenedEffect| {
         let name = (s.limit.kind.id, s.limit.at);
         !arrived.contains(&name) && best.point.shared.iter().all(|e| (e.kind.id, e.at) != name)
@@ -317,13 +314,7 @@ pub(super) fn refit_scaled(
 ) {
     let smooth = !has_play(problem, &fitted.point.shared[effect]);
     for _ in 0..SCALED_FIT_ROUNDS {
-        if problem.is_late()
-            || (smooth
-                && matches!(
-                    fitted.termination,
-                    Termination::Converged | Termination::SmallDecrease
-                ))
-        {
+        if problem.is_late() || (smooth && fitted.termination.is_arrival()) {
             return;
         }
         let aside = SCALED_FIT_FACTORS.par_iter().filter_map(|factor| {

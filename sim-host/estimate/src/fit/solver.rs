@@ -48,6 +48,13 @@ pub enum Termination {
     Unpromising,
 }
 
+impl Termination {
+    /// True where going on would hardly lower the cost.
+    pub fn is_arrival(self) -> bool {
+        matches!(self, Self::Converged | Self::SmallDecrease)
+    }
+}
+
 /// How a fit is done.
 #[derive(Debug, Clone, Copy)]
 pub struct SolverOptions {
