@@ -8,7 +8,7 @@ use trueweld_estimate::fit::calibration::is_calibration;
 use trueweld_estimate::fit::{
     self, EffectScope, FitProblem, FitState, Fitted, FreeParameter, Linear, Slopes, SolverOptions,
 };
-use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Location};
+use trueweld_plant::effects::{CalibrationScope, Effect, EffectPlace};
 
 /// Deviation of a value, as a share of what was expected of it before, from which on the data carry
 /// little of it.
@@ -56,8 +56,7 @@ fn slopes_of(
     let mut found: Option<Slopes> = None;
     for (other, slopes) in there.free.iter().zip(known) {
         let like = there.effect(other.of);
-        let same =
-            (like.kind.id, like.at, other.parameter) == (effect.kind.id, effect.at, free.parameter);
+        let same = like.place() == effect.place() && other.parameter == free.parameter;
         // A joint has waves of several orders, each with its values.
         let own = match (free.of, other.of) {
             (EffectScope::Shared(_), EffectScope::Shared(_)) => {
@@ -82,7 +81,7 @@ fn slopes_of(
 /// The values of one calibration at one place: of every log, or one for all logs.
 #[derive(Clone)]
 struct CalibrationGroup {
-    name: (&'static str, Location),
+    name: EffectPlace,
     /// True for how links are mounted.
     of_postures: bool,
     values: Vec<usize>,
@@ -168,7 +167,7 @@ pub(crate) fn select_calibrations(
     problem: &FitProblem,
     blocks: &[Vec<u8>],
     fitted: &Fitted,
-) -> (Fitted, Vec<(&'static str, Location)>) {
+) -> (Fitted, Vec<EffectPlace>) {
     let point = &fitted.point;
     let mut groups: Vec<CalibrationGroup> = Vec::new();
     let mut kept: Vec<usize> = Vec::new();
@@ -178,7 +177,7 @@ pub(crate) fn select_calibrations(
             kept.push(k);
             continue;
         };
-        let name = (effect.kind.id, effect.at);
+        let name = effect.place();
         match groups.iter_mut().find(|g| g.name == name) {
             Some(group) => group.values.push(k),
             None => groups.push(CalibrationGroup {
@@ -202,7 +201,7 @@ pub(crate) fn select_calibrations(
     choice.add(&mut mounting);
     choice.drop_spare();
     let Choice { mut kept, names, cost, mut step, .. } = choice;
-    let mut names: Vec<(&'static str, Location)> = names.into_iter().map(|g| g.name).collect();
+    let mut names: Vec<EffectPlace> = names.into_iter().map(|g| g.name).collect();
     if drop_unknown(point, &linear, &mut kept) {
         (_, step) = linear.with_only(&kept).unwrap_or((cost, step));
     }
@@ -215,21 +214,15 @@ pub(crate) fn select_calibrations(
     }
     kept.retain(|k| *k < point.free.len());
     let step = step.rows(0, point.free.len()).into_owned();
-    let is_kept = |id: &str, at: Location, parameter: usize| {
-        kept.iter().map(|k| &point.free[*k]).any(|free| {
-            let effect = point.effect(free.of);
-            effect.kind.id == id && effect.at == at && free.parameter == parameter
-        })
+    let is_kept = |name: EffectPlace, parameter: usize| {
+        let mut free = kept.iter().map(|k| &point.free[*k]);
+        free.any(|f| point.effect(f.of).place() == name && f.parameter == parameter)
     };
-    names.retain(|(id, at)| {
-        EffectKind::of(id).is_none_or(|kind| {
-            (0..kind.parameters.len()).any(|parameter| is_kept(id, *at, parameter))
-        })
-    });
+    names.retain(|name| (0..name.kind.parameters.len()).any(|k| is_kept(*name, k)));
     let all = point.moved(&step);
-    let expected = |id: &str, at: Location| {
+    let expected = |name: EffectPlace| {
         let mut free = point.free.iter().map(|free| free.of);
-        let of = free.find(|of| (point.effect(*of).kind.id, point.effect(*of).at) == (id, at));
+        let of = free.find(|of| point.effect(*of).place() == name);
         of.map_or(Vec::new(), |of| point.expected(of))
     };
     let mut reduced = FitState::empty(problem.logs.len());
@@ -243,19 +236,14 @@ pub(crate) fn select_calibrations(
             reduced.add_to_log(log, effect.clone(), &vec![f64::INFINITY; effect.values.len()]);
         }
     }
-    for (id, at) in &names {
-        let own: Vec<&Effect> = all
-            .shared
-            .iter()
-            .chain(all.per_log.iter().flatten())
-            .filter(|e| e.kind.id == *id && e.at == *at)
-            .collect();
+    for name in &names {
+        let own = all.shared.iter().chain(all.per_log.iter().flatten());
+        let own: Vec<&Effect> = own.filter(|e| e.place() == *name).collect();
         let mean = (0..own[0].values.len())
             .map(|v| own.iter().map(|e| e.values[v]).sum::<f64>() / own.len() as f64)
             .collect();
-        let known = expected(id, *at).into_iter().enumerate();
-        let known: Vec<f64> =
-            known.map(|(k, e)| if is_kept(id, *at, k) { e } else { 0.0 }).collect();
+        let known = expected(*name).into_iter().enumerate();
+        let known: Vec<f64> = known.map(|(k, e)| if is_kept(*name, k) { e } else { 0.0 }).collect();
         reduced.add_expected(Effect { values: mean, ..own[0].clone() }, &known);
     }
     let refit = |point: &FitState, known: &[Slopes]| {
@@ -272,12 +260,12 @@ pub(crate) fn select_calibrations(
     // One for all, unless each log having its own brings what its values cost.
     let mut apart = common.point.clone();
     let mut split = false;
-    for (id, at) in &names {
-        let Some(i) = apart.shared.iter().position(|e| e.kind.id == *id && e.at == *at) else {
+    for name in &names {
+        let Some(i) = apart.shared.iter().position(|e| e.place() == *name) else {
             continue;
         };
         let logs: Vec<usize> = (0..problem.logs.len())
-            .filter(|l| point.per_log[*l].iter().any(|e| e.kind.id == *id && e.at == *at))
+            .filter(|l| point.per_log[*l].iter().any(|e| e.place() == *name))
             .collect();
         if logs.len() < 2 {
             continue;
@@ -286,7 +274,7 @@ pub(crate) fn select_calibrations(
         apart.shared[i] = effect.kind.neutral(effect.at);
         apart.free.retain(|f| f.of != EffectScope::Shared(i));
         for log in &logs {
-            apart.add_to_log(*log, effect.clone(), &expected(id, *at));
+            apart.add_to_log(*log, effect.clone(), &expected(*name));
         }
         split = true;
     }
@@ -309,11 +297,11 @@ pub(crate) fn select_calibrations(
 pub(super) fn drop_insignificant(
     problem: &FitProblem,
     blocks: &[Vec<u8>],
-    (fitted, mut names): (Fitted, Vec<(&'static str, Location)>),
-) -> (Fitted, Vec<(&'static str, Location)>) {
+    (fitted, mut names): (Fitted, Vec<EffectPlace>),
+) -> (Fitted, Vec<EffectPlace>) {
     let all = found(problem, &fitted, |of| is_calibration(fitted.point.effect(of).kind));
-    let sure = |name: &(&str, Location)| {
-        let own = all.iter().filter(|f| (f.effect.kind.id, f.effect.at) == *name);
+    let sure = |name: &EffectPlace| {
+        let own = all.iter().filter(|f| f.effect.place() == *name);
         own.map(sureness).fold(0.0, f64::max)
     };
     let doubtful = names.iter().map(sure).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
@@ -321,9 +309,7 @@ pub(super) fn drop_insignificant(
         return (fitted, names);
     };
     let dropped = names.remove(least);
-    let is_kept = |effect: &Effect| {
-        !is_calibration(effect.kind) || names.contains(&(effect.kind.id, effect.at))
-    };
+    let is_kept = |effect: &Effect| !is_calibration(effect.kind) || names.contains(&effect.place());
     let mut point = FitState::empty(problem.logs.len());
     for (i, effect) in fitted.point.shared.iter().enumerate().filter(|(_, e)| is_kept(e)) {
         point.add_expected(effect.clone(), &fitted.point.expected(EffectScope::Shared(i)));
@@ -365,6 +351,7 @@ fn sureness(found: &FittedEffect) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use trueweld_plant::effects::{EffectKind, Location};
 
     #[test]
     fn values_of_several_logs_may_be_one() {
@@ -375,8 +362,10 @@ mod tests {
         }
         point.add_to_log(0, neutral("encoder-offset", Location::Joint(0)), &[1e-4]);
         point.add_expected(neutral("stiffness-error", Location::Joint(0)), &[0.1]);
-        let group =
-            |id, at, values| CalibrationGroup { name: (id, at), of_postures: false, values };
+        let group = |id, at, values| {
+            let name = EffectPlace { kind: EffectKind::of(id).unwrap(), at };
+            CalibrationGroup { name, of_postures: false, values }
+        };
         let mut groups = vec![
             group("force-offset", Location::Cell, (0..6).collect()),
             group("encoder-offset", Location::Joint(0), vec![6]),
@@ -386,6 +375,9 @@ mod tests {
         assert_eq!(sums, [[0, 3], [1, 4], [2, 5]]);
         // What one log alone has, or what is one already, is not asked again.
         assert_eq!(groups.len(), 4);
-        assert_eq!((groups[3].name.0, &groups[3].values[..]), ("force-offset", &[8, 9, 10][..]));
+        assert_eq!(
+            (groups[3].name.kind.id, &groups[3].values[..]),
+            ("force-offset", &[8, 9, 10][..])
+        );
     }
 }

@@ -3,15 +3,15 @@
 
 use super::screen::{ScreenedEffect, SearchContext};
 use trueweld_estimate::fit::Slopes;
-use trueweld_plant::effects::{EffectKind, Location};
+use trueweld_plant::effects::EffectPlace;
 
 /// Two hypotheses that the data cannot tell apart, or only where they are large.
 #[derive(Debug, Clone)]
 pub struct Confusable {
-    /// One effect and its place.
-    pub first: (&'static EffectKind, Location),
+    /// One effect.
+    pub first: EffectPlace,
     /// The other.
-    pub second: (&'static EffectKind, Location),
+    pub second: EffectPlace,
     /// Cosine between what the two do to the residuals beyond what calibrations mend: 1 where they
     /// do the same.
     pub alike: f64,
@@ -66,8 +66,8 @@ pub(super) fn confusable(ctx: &SearchContext<'_>, screened: &[ScreenedEffect]) -
             };
             let alike = whitened.singular_values().max().min(1.0);
             if alike > CONFUSABLE_COSINE {
-                let place = |h: usize| (screened[h].limit.kind, screened[h].limit.at);
-                pairs.push(Confusable { first: place(b), second: place(a), alike });
+                let [first, second] = [b, a].map(|h: usize| screened[h].limit.effect);
+                pairs.push(Confusable { first, second, alike });
             }
         }
     }

@@ -11,7 +11,7 @@ use crate::search::{evaluate_uncalibrated, fit_calibrations};
 use trueweld_estimate::fit::{self, FitProblem};
 use trueweld_estimate::predict::PredictError;
 use trueweld_logs::log::Log;
-use trueweld_plant::effects::{EffectKind, Location, Role};
+use trueweld_plant::effects::{EffectPlace, Role};
 
 /// What logs can show.
 #[derive(Debug, Clone)]
@@ -19,7 +19,7 @@ pub struct Detectability {
     /// Effects that they show, by the library's order.
     pub shown: Vec<ShownEffect>,
     /// Effects of which they show nothing, at any plausible size.
-    pub not_shown: Vec<(&'static EffectKind, Location)>,
+    pub not_shown: Vec<EffectPlace>,
     /// Pairs of effects that they hardly tell apart, most alike first.
     pub confusable: Vec<Confusable>,
 }
@@ -45,12 +45,10 @@ pub fn detectability(problem: &FitProblem, logs: &[Log]) -> Result<Detectability
     });
     let alone = alone.collect::<Result<Vec<_>, PredictError>>()?;
     let mut found = Detectability { shown: Vec::new(), not_shown: Vec::new(), confusable };
-    for (kind, at) in screened_kinds(problem) {
-        let is_it = |s: &&ScreenedEffect| {
-            std::ptr::eq(s.limit.kind, kind) && s.limit.at == at && is_plausible(&s.limit)
-        };
+    for effect in screened_kinds(problem) {
+        let is_it = |s: &&ScreenedEffect| s.limit.effect == effect && is_plausible(&s.limit);
         let Some(limit) = all.iter().find(is_it).map(|s| s.limit.clone()) else {
-            found.not_shown.push((kind, at));
+            found.not_shown.push(effect);
             continue;
         };
         let by_log = alone.iter().enumerate();
@@ -74,9 +72,8 @@ fn screened(
     let screened = screen(&ctx);
     let mut pairs = confusable(&ctx, &screened);
     // What is not shown at all is told apart from nothing.
-    let shown = |(kind, at): (&'static EffectKind, Location)| {
-        let is_it = |s: &ScreenedEffect| std::ptr::eq(s.limit.kind, kind) && s.limit.at == at;
-        screened.iter().any(|s| is_it(s) && is_plausible(&s.limit))
+    let shown = |effect: EffectPlace| {
+        screened.iter().any(|s| s.limit.effect == effect && is_plausible(&s.limit))
     };
     pairs.retain(|pair| shown(pair.first) && shown(pair.second));
     Ok((screened, pairs))
@@ -85,7 +82,7 @@ fn screened(
 /// How far a limit is from no effect, in the parameter's unit; of what is told by its reciprocal,
 /// that.
 fn size(limit: &EffectLimit) -> f64 {
-    match limit.kind.parameters[limit.parameter].role {
+    match limit.effect.kind.parameters[limit.parameter].role {
         Role::Reciprocal { .. } => 1.0 / limit.value,
         Role::Size { neutral, .. } => (limit.value - neutral).abs(),
         _ => limit.value.abs(),
@@ -94,6 +91,6 @@ fn size(limit: &EffectLimit) -> f64 {
 
 /// True for a limit that an effect of its kind may be as large as.
 fn is_plausible(limit: &EffectLimit) -> bool {
-    let of = &limit.kind.parameters[limit.parameter];
+    let of = &limit.effect.kind.parameters[limit.parameter];
     limit.value.is_finite() && (of.low..=of.high).contains(&limit.value)
 }

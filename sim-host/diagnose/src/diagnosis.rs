@@ -6,7 +6,7 @@ use crate::equivalent_calibrations;
 use crate::errors::{DiagnosisErrors, errors_from_others, errors_of};
 use crate::found::{
     FittedEffect, effects_of, found, found_beside, found_by_what_is_left, found_over,
-    has_unseen_wave,
+    has_unseen_wave, same_effects,
 };
 use crate::gate::may_be_named;
 use crate::gross_calibration::gross_calibration;
@@ -26,7 +26,7 @@ use trueweld_estimate::predict::{PredictError, PreparedLog};
 use trueweld_estimate::residuals::localize::{Finding, localize};
 use trueweld_logs::log::{Log, LogKind};
 use trueweld_plant::effects::formula::NamedPort;
-use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, Location, Role};
+use trueweld_plant::effects::{CalibrationScope, Effect, EffectKind, EffectPlace, Location, Role};
 use trueweld_plant::named;
 use trueweld_plant::robot::Channel;
 use trueweld_plant::simulate::Seam;
@@ -125,7 +125,7 @@ impl Candidate {
     /// True for one that has all effects of another.
     fn extends(&self, other: &Self) -> bool {
         let has = |found: &FittedEffect| {
-            self.effects.iter().any(|own| is_named(own, (found.effect.kind.id, found.effect.at)))
+            self.effects.iter().any(|own| own.effect.place() == found.effect.place())
         };
         other.effects.iter().all(has)
     }
@@ -385,29 +385,16 @@ fn best_that_counts(ctx: &SearchContext<'_>, singles: &[Fitted]) -> Option<usize
 }
 
 /// The effects of those single fits that the data do not tell from the first.
-fn tied_singles(
-    ctx: &SearchContext<'_>,
-    singles: &[Fitted],
-) -> Vec<(&'static EffectKind, Location)> {
+fn tied_singles(ctx: &SearchContext<'_>, singles: &[Fitted]) -> Vec<EffectPlace> {
     let evidence = search::evidence_of_each(ctx, singles);
     let tied = (1..singles.len()).filter(|k| evidence[*k] > evidence[0] - DECISIVE);
-    tied.filter_map(|k| singles[k].point.shared.last().map(|e| (e.kind, e.at))).collect()
+    tied.filter_map(|k| search::last_effect(&singles[k])).collect()
 }
 
 /// True for a fit whose effects may be named beside what `before` has.
 fn is_nameable(ctx: &SearchContext<'_>, before: &Fitted, fitted: &Fitted) -> bool {
     let effects = found_over(ctx.problem, before, fitted);
     may_be_named(ctx.problem, (before, fitted), &effects)
-}
-
-/// True for two fits of the same effects at the same places.
-fn same_effects(a: &Fitted, b: &Fitted) -> bool {
-    let names = |fitted: &Fitted| {
-        let own = effects_of(fitted).into_iter().map(|i| &fitted.point.shared[i]);
-        own.map(|e| (e.kind.id, e.at)).collect::<Vec<_>>()
-    };
-    let (a, b) = (names(a), names(b));
-    a.len() == b.len() && a.iter().all(|name| b.contains(name))
 }
 
 /// An explanation that starts from another single effect than the first and leaves nothing, with the
@@ -484,7 +471,7 @@ fn conclude(
     let better = predicts_better(problem, before, None, &improved);
     let mut stands = better;
     let kept: Vec<_> =
-        kept.into_iter().filter(|name| !is_of_registration(problem, name.0)).collect();
+        kept.into_iter().filter(|name| !is_of_registration(problem, name.kind)).collect();
     // By what is left out, and by what no model explains, whichever says less of them.
     let mut calibration = found_beside(problem, &improved, best, |_| true);
     for (found, weighed) in
@@ -514,16 +501,16 @@ fn conclude(
             let given = fit::chi_square(before);
             Some((*only, without_calibration(null, *only).map_or(given, |cost| cost.min(given))))
         }
-        (_, [only]) => Some(((only.effect.kind.id, only.effect.at), held)),
+        (_, [only]) => Some((only.effect.place(), held)),
         _ => None,
     };
     if let Some((name, without)) = answer
         && verdict == DiagnosisVerdict::Adequate
-        && !improved.point.per_log.iter().flatten().any(|e| (e.kind.id, e.at) == name)
-        && !problem.per_log.iter().any(|own| (own.stated.kind.id, own.stated.at) == name)
+        && !improved.point.per_log.iter().flatten().any(|e| e.place() == name)
+        && !problem.per_log.iter().any(|own| own.stated.place() == name)
         && better
         && exceeds_noise(problem, before, &improved.residuals)
-        && calibration.iter().any(|f| is_named(f, name) && f.is_told_from_nothing())
+        && calibration.iter().any(|f| f.effect.place() == name && f.is_told_from_nothing())
     {
         verdict = DiagnosisVerdict::EffectFound;
         nothing = Some(without);
@@ -536,10 +523,8 @@ fn conclude(
             let candidate = Candidate::new(problem, fitted, effects, given);
             (Candidate { may_be_named, ..candidate }, fitted.clone())
         };
-        let is_it = |fitted: &Fitted, name: (&str, Location), of| {
-            let effect = fitted.point.effect(of);
-            (effect.kind.id, effect.at) == name
-        };
+        let is_it =
+            |fitted: &Fitted, name: EffectPlace, of| fitted.point.effect(of).place() == name;
         let named = found_beside(problem, &improved, best, |of| is_it(&improved, name, of));
         let others = equivalent_calibrations::equivalent_calibrations(
             problem,
@@ -615,7 +600,7 @@ fn improved_by(
     problem: &FitProblem,
     blocks: &[Vec<u8>],
     best: &Fitted,
-) -> (Fitted, Vec<(&'static str, Location)>) {
+) -> (Fitted, Vec<EffectPlace>) {
     let (mut improved, kept) = select_calibrations(problem, blocks, best);
     for effect in effects_of(&improved) {
         search::refit_scaled(problem, blocks, &mut improved, effect);
@@ -625,24 +610,16 @@ fn improved_by(
 }
 
 /// Cost of all calibrations but one, by the slopes of the fit with all.
-fn without_calibration(null: &Fitted, name: (&str, Location)) -> Option<f64> {
-    let is_it = |k: &usize| {
-        let effect = null.point.effect(null.point.free[*k].of);
-        (effect.kind.id, effect.at) == name
-    };
+fn without_calibration(null: &Fitted, name: EffectPlace) -> Option<f64> {
+    let is_it = |k: &usize| null.point.effect(null.point.free[*k].of).place() == name;
     let others: Vec<usize> = (0..null.point.free.len()).filter(|k| !is_it(k)).collect();
     Some(null.linear.with_only(&others)?.0)
 }
 
-fn is_named(found: &FittedEffect, name: (&str, Location)) -> bool {
-    (found.effect.kind.id, found.effect.at) == name
-}
-
 /// True for a calibration of trackers whose frames were fitted: it is what that has left over.
-fn is_of_registration(problem: &FitProblem, id: &str) -> bool {
-    let calibration = EffectKind::of(id).and_then(|kind| kind.calibration);
+fn is_of_registration(problem: &FitProblem, kind: &EffectKind) -> bool {
     let tracked = |e: &&PreparedLog| e.measures(Channel::Tracker, None);
-    calibration.is_some_and(|c| c.scope == CalibrationScope::EachLog(&[Channel::Tracker]))
+    kind.calibration.is_some_and(|c| c.scope == CalibrationScope::EachLog(&[Channel::Tracker]))
         && problem.logs.iter().filter(tracked).all(|e| e.registered)
 }
 

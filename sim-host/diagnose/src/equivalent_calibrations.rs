@@ -5,13 +5,13 @@ use super::{FittedEffect, rules};
 use trueweld_estimate::fit::{
     self, EffectScope, FitProblem, FitState, Fitted, Slopes, SolverOptions, unit,
 };
-use trueweld_plant::effects::{EffectKind, Location};
+use trueweld_plant::effects::EffectPlace;
 
 /// Cosine between what two values do to the residuals from which on they do the same.
 const EQUIVALENT_COSINE: f64 = 0.99;
 
 /// One value of a calibration at one place, in all logs.
-type CalibrationValue = (&'static str, Location, usize);
+type CalibrationValue = (EffectPlace, usize);
 
 /// Fits with another calibration in place of `named`, which is one for all logs of `improved`, that
 /// the logs do not tell from it; with the name of each. `null`: the fit with all calibrations free.
@@ -19,10 +19,10 @@ pub(super) fn equivalent_calibrations(
     problem: &FitProblem,
     blocks: &[Vec<u8>],
     (null, improved): (&Fitted, &Fitted),
-    named: (&'static str, Location),
-) -> Vec<((&'static str, Location), Fitted)> {
+    named: EffectPlace,
+) -> Vec<(EffectPlace, Fitted)> {
     let all = &improved.point.shared;
-    let Some(index) = all.iter().position(|e| (e.kind.id, e.at) == named) else {
+    let Some(index) = all.iter().position(|e| e.place() == named) else {
         return Vec::new();
     };
     let effect = &all[index];
@@ -31,14 +31,14 @@ pub(super) fn equivalent_calibrations(
     let Some(most) = (0..expected.len()).max_by(|a, b| beyond(a).total_cmp(&beyond(b))) else {
         return Vec::new();
     };
-    let Some((own, own_unit)) = column(null, (named.0, named.1, most)) else {
+    let Some((own, own_unit)) = column(null, (named, most)) else {
         return Vec::new();
     };
     let mut others: Vec<CalibrationValue> = Vec::new();
     for free in null.point.free.iter().filter(|free| free.expected.is_finite()) {
         let other = null.point.effect(free.of);
-        let value = (other.kind.id, other.at, free.parameter);
-        let kept = all.iter().any(|e| (e.kind.id, e.at) == (value.0, value.1));
+        let value = (other.place(), free.parameter);
+        let kept = all.iter().any(|e| e.place() == value.0);
         if !kept && !others.contains(&value) {
             others.push(value);
         }
@@ -57,10 +57,10 @@ pub(super) fn equivalent_calibrations(
             continue;
         }
         let size = effect.values[most] / own_unit * pull / square * unit;
-        let Some(point) = in_place(&improved.point, (index, most), value, size) else { continue };
+        let point = in_place(&improved.point, (index, most), value, size);
         let fitted = fit::fit(problem, &point, blocks, &[], SolverOptions::full(0));
         if let Some(fitted) = fitted.ok().filter(|fitted| fitted.cost < tied_cost) {
-            equivalent.push(((value.0, value.1), fitted));
+            equivalent.push((value.0, fitted));
         }
     }
     equivalent
@@ -71,20 +71,20 @@ pub(super) fn equivalent_calibrations(
 fn in_place(
     point: &FitState,
     (index, parameter): (usize, usize),
-    (id, at, other_parameter): CalibrationValue,
+    (other, other_parameter): CalibrationValue,
     size: f64,
-) -> Option<FitState> {
+) -> FitState {
     let mut point = point.clone();
     let effect = &mut point.shared[index];
     effect.values[parameter] =
         effect.kind.parameters[parameter].without_effect(effect.values[parameter]);
     point.free.retain(|f| (f.of, f.parameter) != (EffectScope::Shared(index), parameter));
-    let mut other = EffectKind::of(id)?.neutral(at);
+    let mut other = other.kind.neutral(other.at);
     other.values[other_parameter] = size;
     let mut expected = vec![0.0; other.values.len()];
     expected[other_parameter] = size.abs();
     point.add_expected(other, &expected);
-    Some(point)
+    point
 }
 
 /// Widens intervals of a calibration in place of `named` to that share of its value that the logs know
@@ -104,12 +104,12 @@ pub(super) fn share(named: &[FittedEffect], other: &mut [FittedEffect]) {
 }
 
 /// What a value does to the residuals in all logs, in the fit's units, and the size of one.
-fn column(null: &Fitted, (id, at, parameter): CalibrationValue) -> Option<(Slopes, f64)> {
+fn column(null: &Fitted, (name, parameter): CalibrationValue) -> Option<(Slopes, f64)> {
     let point = &null.point;
     let mut sum: Option<(Slopes, f64)> = None;
     for (free, slopes) in point.free.iter().zip(&null.slopes) {
         let effect = point.effect(free.of);
-        if (effect.kind.id, effect.at, free.parameter) != (id, at, parameter) {
+        if (effect.place(), free.parameter) != (name, parameter) {
             continue;
         }
         let unit = unit(point.parameter(free), point.value(free));

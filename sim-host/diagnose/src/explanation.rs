@@ -219,7 +219,7 @@ impl Candidate {
     /// Effects of the explanations that the data do not tell from this one, without its own; each
     /// once.
     pub fn others<'c>(&self, candidates: &'c [Candidate]) -> Vec<&'c Effect> {
-        let same = |a: &Effect, b: &Effect| (a.kind.id, a.at) == (b.kind.id, b.at);
+        let same = |a: &Effect, b: &Effect| a.place() == b.place();
         let mut others: Vec<&Effect> = Vec::new();
         for found in self
             .indistinguishable

@@ -235,7 +235,7 @@ fn places<'a>(
         for found in own {
             let same = |place: &&mut FleetPlace| {
                 let first = &place.first().effect;
-                (first.kind.id, first.at) == (found.effect.kind.id, found.effect.at)
+                first.place() == found.effect.place()
             };
             let occurrence = places.iter_mut().filter(same).count();
             match places.iter_mut().filter(same).find(|place| place.found[k].is_none()) {
@@ -294,9 +294,9 @@ impl FleetContext<'_> {
         let own = place.found[unit].is_some() || is_calibration(effect.kind);
         let of = if own { posterior } else { self.beside[unit].as_ref() }?;
         let given = problem.known.iter();
-        let given = given.filter(|e| (e.kind.id, e.at) == (effect.kind.id, effect.at)).count();
+        let given = given.filter(|e| e.place() == effect.place()).count();
         let index = of.numbers.iter().position(|n| {
-            (n.kind.id, n.at) == (effect.kind.id, effect.at)
+            n.effect() == effect.place()
                 && (n.occurrence, n.parameter) == (given + place.occurrence, parameter)
         })?;
         let (value, variance) = (of.numbers[index].value, of.deviation(index).powi(2));
@@ -314,7 +314,7 @@ impl FleetContext<'_> {
 
     /// True for an effect that a unit's logs name and do not tell from one that only others name.
     fn is_interchangeable(&self, unit: usize, place: &FleetPlace) -> bool {
-        let same = |a: &Effect, b: &Effect| (a.kind.id, a.at) == (b.kind.id, b.at);
+        let same = |a: &Effect, b: &Effect| a.place() == b.place();
         let ImprovedUnit { improvement, .. } = self.units[unit];
         let effect = &place.first().effect;
         let adds = |step: &&ImprovementStep| step.added.iter().any(|f| same(&f.effect, effect));

@@ -12,7 +12,7 @@ use trueweld_estimate::fit::{
 use trueweld_estimate::predict::{LinkMotion, PreparedLog};
 use trueweld_logs::log::LogKind;
 use trueweld_logs::{HALF_95, HALF_95_OF_TEN};
-use trueweld_plant::effects::{Effect, Location, Role};
+use trueweld_plant::effects::{Effect, EffectPlace, Location, Role};
 
 /// An effect with fitted values.
 #[derive(Debug, Clone)]
@@ -113,6 +113,15 @@ pub(super) fn effects_of(fitted: &Fitted) -> Vec<usize> {
     (0..fitted.point.shared.len())
         .filter(|i| !is_calibration(fitted.point.shared[*i].kind))
         .collect()
+}
+
+/// True for two fits with the same effects, besides calibrations, at the same places.
+pub(crate) fn same_effects(a: &Fitted, b: &Fitted) -> bool {
+    let own = |fitted: &Fitted| -> Vec<EffectPlace> {
+        effects_of(fitted).into_iter().map(|i| fitted.point.shared[i].place()).collect()
+    };
+    let (a, b) = (own(a), own(b));
+    a.len() == b.len() && a.iter().all(|effect| b.contains(effect))
 }
 
 /// Fitted effects with their intervals: of what noise makes of the values, or of what the blocks in
@@ -222,7 +231,7 @@ pub(crate) fn found_beside(
     let inflation = rules::variance_inflation(full);
     let point = &full.point;
     for of in &mut all {
-        let own = (of.effect.kind.id, of.effect.at);
+        let own = of.effect.place();
         let is_of_log = |scope| match (scope, of.log) {
             (EffectScope::Log(log, _), Some(only)) => log == only,
             _ => true,
@@ -231,9 +240,7 @@ pub(crate) fn found_beside(
             let same = |k: &usize| {
                 let free = &point.free[*k];
                 let effect = point.effect(free.of);
-                free.parameter == parameter
-                    && (effect.kind.id, effect.at) == own
-                    && is_of_log(free.of)
+                free.parameter == parameter && effect.place() == own && is_of_log(free.of)
             };
             let alike: Vec<usize> = (0..point.free.len()).filter(same).collect();
             // A joint may have several waves, of which none can be told to be the same in both fits.

@@ -84,7 +84,7 @@ fn released(null: &Fitted, promised: impl Fn(Location) -> f64) -> Option<Release
     let name = |k: usize| {
         let free = &point.free[k];
         let effect = point.effect(free.of);
-        (effect.kind.id, effect.at, free.parameter)
+        (effect.place(), free.parameter)
     };
     let unit = |k: usize| {
         let free = &point.free[k];
@@ -107,7 +107,7 @@ fn released(null: &Fitted, promised: impl Fn(Location) -> f64) -> Option<Release
             size[*k].abs() > rules::GROSS_CALIBRATION_DEVIATIONS * expected.max(deviations[*k])
         };
         let cost = linear.cost(&found.step);
-        let promises = cost < promised(name(group[0]).1);
+        let promises = cost < promised(name(group[0]).0.at);
         (promises && group.iter().any(beyond)).then_some((cost, group, size))
     });
     let (_, group, all) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -119,5 +119,5 @@ fn released(null: &Fitted, promised: impl Fn(Location) -> f64) -> Option<Release
         nothing.free[k].expected =
             group.iter().map(|k| (all[*k] * unit(*k)).abs()).fold(0.0, f64::max);
     }
-    Some(Released { at: name(group[0]).1, point: nothing, size })
+    Some(Released { at: name(group[0]).0.at, point: nothing, size })
 }

@@ -144,7 +144,7 @@ impl Improvement {
     /// Effects that the data do not tell from those of a step; none where it is not the explanation
     /// of the diagnosis.
     pub fn others(&self, step: &ImprovementStep) -> Vec<&Effect> {
-        let place = |f: &FittedEffect| (f.effect.kind.id, f.effect.at);
+        let place = |f: &FittedEffect| f.effect.place();
         let candidates = &self.diagnosis.candidates;
         let same = |best: &&Candidate| {
             !step.added.is_empty()
@@ -311,8 +311,7 @@ pub fn improve(
     // Those that the improved model has, with its values: all were fitted together once more.
     discovered.retain_mut(|law| {
         let own = &law.effect.effect;
-        let same =
-            |f: &&FittedEffect| std::ptr::eq(f.effect.kind, own.kind) && f.effect.at == own.at;
+        let same = |f: &&FittedEffect| f.effect.place() == own.place();
         let last = steps.last().and_then(|step| step.effects.iter().find(same));
         last.map(|last| law.effect = last.clone()).is_some()
     });
@@ -357,7 +356,7 @@ pub fn improve(
 
 /// The effects that a step has for the first time; a joint may have several of one kind.
 fn added(before: &[FittedEffect], now: &[FittedEffect]) -> Vec<FittedEffect> {
-    let place = |f: &FittedEffect| (f.effect.kind.id, f.effect.at);
+    let place = |f: &FittedEffect| f.effect.place();
     let mut known: Vec<_> = before.iter().map(place).collect();
     let mut added = now.to_vec();
     added.retain(|f| match known.iter().position(|k| *k == place(f)) {
@@ -640,11 +639,11 @@ fn model_effects<'f>(
     }
     let stated = SortedEffects::new(given, &problem.declared, None).per_log;
     for (k, found) in own.iter().enumerate() {
-        if own[..k].iter().any(|f| same(&f.effect, &found.effect)) {
+        if own[..k].iter().any(|f| f.effect.place() == found.effect.place()) {
             continue;
         }
         let stated = stated.iter().find(|stated| stated.is(&found.effect));
-        let all = own.iter().filter(|f| same(&f.effect, &found.effect));
+        let all = own.iter().filter(|f| f.effect.place() == found.effect.place());
         let all: Vec<FittedEffect> =
             all.map(|f| stated.map_or((*f).clone(), |stated| whole(f, stated))).collect();
         let mean = (0..found.effect.values.len())
@@ -661,17 +660,12 @@ fn model_effects<'f>(
             let entries = std::slice::from_ref(&entry);
             let sorted = SortedEffects::new(entries, &problem.declared, None);
             let shows = !calibration::per_log(problem, &sorted.per_log).free.is_empty();
-            if shows && !effects.iter().any(|(e, _)| same(&e.effect, &entry.effect)) {
+            if shows && !effects.iter().any(|(e, _)| e.effect.place() == entry.effect.place()) {
                 effects.push((entry, EffectOrigin::Renewed));
             }
         }
     }
     effects.into_iter().unzip()
-}
-
-/// True for the same effect at the same place.
-fn same(a: &Effect, b: &Effect) -> bool {
-    std::ptr::eq(a.kind, b.kind) && a.at == b.at
 }
 
 /// Adds an effect to those of a model, in place of the one that it replaces.
@@ -682,7 +676,10 @@ fn add(effects: &mut Vec<(ModelEffect, EffectOrigin)>, entry: ModelEffect, origi
         // their fitted values.
         Scope::Campaign => is_hypothesis(e) || is_found_factor(e),
     };
-    match effects.iter_mut().find(|(e, _)| same(&e.effect, &entry.effect) && is_replaced(e)) {
+    match effects
+        .iter_mut()
+        .find(|(e, _)| e.effect.place() == entry.effect.place() && is_replaced(e))
+    {
         Some(replaced) => *replaced = (entry, origin),
         None => effects.push((entry, origin)),
     }

@@ -168,7 +168,7 @@ pub(crate) fn exceeds_noise(problem: &FitProblem, before: &Residuals, after: &Re
 /// proposes, places and shapes.
 pub(crate) fn price(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> f64 {
     let proposed = screened_kinds(problem).count().max(1) as f64;
-    let name = |effect: &Effect| (effect.kind.id, effect.at);
+    let name = |effect: &Effect| effect.place();
     let mut known: Vec<_> = null.point.shared.iter().map(name).collect();
     let mut is_new = |effect: &&Effect| {
         let own = known.iter().position(|known| *known == name(effect));

@@ -8,6 +8,7 @@
 //!
 //! Left out: a distribution that is not normal, such as one of a value at its bound, which is told.
 
+use crate::found::{effects_of, same_effects};
 use crate::improve::{Improved, Improvement};
 use crate::score;
 use nalgebra::{DMatrix, DVector};
@@ -112,27 +113,16 @@ fn with_all_calibrations(
     problem: &FitProblem,
     Improved { diagnosis, fitted, .. }: &Improved,
 ) -> Result<Fitted, PredictError> {
-    let places = |point: &FitState| {
-        let mut all: Vec<_> = effects(point).map(|e| (e.kind.id, format!("{:?}", e.at))).collect();
-        all.sort();
-        all
-    };
     let made = || [&diagnosis.null, &diagnosis.full].into_iter().chain(&diagnosis.chosen);
     let Some(reached) = fitted else { return Ok(diagnosis.null.clone()) };
-    let wanted = places(&reached.point);
-    if let Some(fitted) = made().find(|fitted| places(&fitted.point) == wanted) {
+    if let Some(fitted) = made().find(|fitted| same_effects(fitted, reached)) {
         return Ok(fitted.clone());
     }
     let mut point = diagnosis.null.point.clone();
     point.reset(|effect| is_calibration(effect.kind));
-    effects(&reached.point).for_each(|effect| point.add(effect.clone()));
+    effects_of(reached).into_iter().for_each(|i| point.add(reached.point.shared[i].clone()));
     let options = SolverOptions::full(in_proportion(&point));
     fit::fit(problem, &point, &fit::blocks_of(problem), &[], options)
-}
-
-/// Effects for all logs that are no calibrations.
-fn effects(point: &FitState) -> impl Iterator<Item = &Effect> {
-    point.shared.iter().filter(|effect| !is_calibration(effect.kind))
 }
 
 /// Effects that are other values of the model's own numbers, which a point does not have and the
@@ -183,9 +173,7 @@ fn candidates(fitted: &Fitted) -> Vec<FreeNumber> {
         let effect = fitted.point.effect(free.of);
         let per_log = matches!(free.of, EffectScope::Log(..));
         let same = |c: &&mut FreeNumber| {
-            c.per_log
-                && (c.effect.kind.id, c.effect.at, c.parameter)
-                    == (effect.kind.id, effect.at, free.parameter)
+            c.per_log && (c.effect.place(), c.parameter) == (effect.place(), free.parameter)
         };
         match found.iter_mut().find(same).filter(|_| per_log) {
             Some(candidate) => candidate.of.push(k),
@@ -316,7 +304,7 @@ fn between_logs(candidate: &FreeNumber, values: &[f64], mean: f64, of: &DMatrix<
 /// Which of the effects of its kind at its place a number is of: those that the model was given
 /// come first.
 fn occurrence(problem: &FitProblem, before: &[FreeNumber], candidate: &FreeNumber) -> usize {
-    let same = |e: &Effect| (e.kind.id, e.at) == (candidate.effect.kind.id, candidate.effect.at);
+    let same = |e: &Effect| e.place() == candidate.effect.place();
     let fitted = before.iter().filter(|c| same(&c.effect) && c.parameter == candidate.parameter);
     // What a log has of its own is one with what the model states of it.
     let own = problem.per_log.iter().filter(|own| own.is(&candidate.effect) && candidate.per_log);

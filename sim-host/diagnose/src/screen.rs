@@ -11,16 +11,16 @@ use trueweld_estimate::fit::calibration::is_calibration;
 use trueweld_estimate::fit::{
     self, EffectScope, FitProblem, Fitted, FreeParameter, ReducedFit, Slopes,
 };
-use trueweld_plant::effects::{Effect, EffectKind, Location, Parameter, Role, library};
+use trueweld_plant::effects::{
+    Effect, EffectKind, EffectPlace, Location, Parameter, Role, library,
+};
 
 /// Smallest size of one effect at one place that the data would have shown, beside all
 /// calibrations.
 #[derive(Debug, Clone)]
 pub struct EffectLimit {
-    /// The effect.
-    pub kind: &'static EffectKind,
-    /// Where.
-    pub at: Location,
+    /// The effect, and where.
+    pub effect: EffectPlace,
     /// Index of the parameter that is its size.
     pub parameter: usize,
     /// The value of the parameter at the limit, in the parameter's unit.
@@ -129,7 +129,8 @@ impl<'a> Screening<'a> {
 
     /// Screens one effect at one place with all its shapes; the best of them. `None` where the logs
     /// see nothing of it.
-    pub(crate) fn screen(&self, kind: &'static EffectKind, at: Location) -> Option<ScreenedEffect> {
+    pub(crate) fn screen(&self, effect: EffectPlace) -> Option<ScreenedEffect> {
+        let EffectPlace { kind, at } = effect;
         let scans = kind.parameters.iter().any(|p| p.role == Role::Order);
         let shapes = if scans { self.orders(kind, at) } else { shapes(kind, self.ctx.length) };
         let shaped = |shape: Vec<(usize, f64)>| {
@@ -196,17 +197,17 @@ impl<'a> Screening<'a> {
     }
 
     fn weighed_shape(&self, effect: &Effect, more: &Arc<[Slopes]>) -> Option<ScreenedEffect> {
-        let Effect { kind, at, .. } = *effect;
+        let EffectPlace { kind, .. } = effect.place();
         let phase = kind.parameters.iter().position(|p| p.role == Role::Phase);
         let sizes: Vec<usize> =
             (0..kind.parameters.len()).filter(|k| kind.parameters[*k].is_size()).collect();
         let (gain, step, deviations) = gain_beside(&self.null, more)?;
         let far = (rules::GAIN / self.evidence_share(&more[0])).sqrt() * deviations[0];
-        let effect = (effect.clone(), phase);
-        let here = (sized(&effect, step.as_slice()), gain);
+        let shaped = (effect.clone(), phase);
+        let here = (sized(&shaped, step.as_slice()), gain);
         let beside_none = self.given.as_ref().and_then(|given| gain_beside(given, more));
         let there = beside_none
-            .map_or(here.clone(), |(gain, step, _)| (sized(&effect, step.as_slice()), gain));
+            .map_or(here.clone(), |(gain, step, _)| (sized(&shaped, step.as_slice()), gain));
         // A value held at the bound where there is no effect explains nothing.
         let starts = [here, there].map(|(effect, gain)| {
             let nowhere = sizes.iter().all(|k| {
@@ -223,7 +224,7 @@ impl<'a> Screening<'a> {
             Role::Size { step, neutral } => neutral + step * far,
             _ => f64::NAN,
         };
-        let limit = EffectLimit { kind, at, parameter, value };
+        let limit = EffectLimit { effect: effect.place(), parameter, value };
         Some(ScreenedEffect { starts, limit, slopes: more.clone(), shapes: Vec::new() })
     }
 
@@ -332,14 +333,12 @@ pub(crate) fn likeliest<'s>(
 
 /// Every effect that is no calibration, at every place, and the user's own, but for those that are
 /// known.
-pub(crate) fn screened_kinds(
-    problem: &FitProblem,
-) -> impl Iterator<Item = (&'static EffectKind, Location)> {
+pub(crate) fn screened_kinds(problem: &FitProblem) -> impl Iterator<Item = EffectPlace> {
     let of_library = library()
         .filter(|k| !is_calibration(k))
-        .flat_map(|k| k.places().into_iter().map(move |at| (k, at)));
-    let own = problem.own.iter().map(|effect| (effect.kind, effect.at));
-    of_library.filter(|(kind, at)| !problem.is_known(kind, *at)).chain(own)
+        .flat_map(|kind| kind.places().into_iter().map(move |at| EffectPlace { kind, at }));
+    let own = problem.own.iter().map(Effect::place);
+    of_library.filter(|effect| !problem.is_known(effect.kind, effect.at)).chain(own)
 }
 
 /// Screens every one of them. Best first.
@@ -347,15 +346,12 @@ pub(crate) fn screen(ctx: &SearchContext<'_>) -> Vec<ScreenedEffect> {
     screen_those(ctx, &screened_kinds(ctx.problem).collect::<Vec<_>>())
 }
 
-fn screen_those(
-    ctx: &SearchContext<'_>,
-    those: &[(&'static EffectKind, Location)],
-) -> Vec<ScreenedEffect> {
+fn screen_those(ctx: &SearchContext<'_>, those: &[EffectPlace]) -> Vec<ScreenedEffect> {
     let Some(screening) = Screening::of(ctx) else { return Vec::new() };
     let mut screened: Vec<ScreenedEffect> = those
         .par_iter()
         .filter(|_| !ctx.problem.is_late())
-        .filter_map(|(kind, at)| screening.screen(kind, *at))
+        .filter_map(|effect| screening.screen(*effect))
         .collect();
     screened.sort_by(|a, b| b.starts[0].1.total_cmp(&a.starts[0].1));
     screened
@@ -371,11 +367,11 @@ pub(crate) fn screen_again(ctx: &SearchContext<'_>, most: usize) -> Vec<Screened
     let Some(screening) = Screening::of(ctx) else { return Vec::new() };
     let is_wave = |kind: &EffectKind| kind.parameters.iter().any(|p| p.role == Role::Order);
     let weighed = |screened: &ScreenedEffect| {
-        (!is_wave(screened.limit.kind)).then(|| screening.weighed_again(screened))?
+        (!is_wave(screened.limit.effect.kind)).then(|| screening.weighed_again(screened))?
     };
     let as_before: Vec<ScreenedEffect> = ctx.screened.par_iter().filter_map(weighed).collect();
     let promising = likeliest(as_before.iter(), most).into_iter();
-    let waves = ctx.screened.iter().filter(|s| is_wave(s.limit.kind));
-    let of = |screened: &ScreenedEffect| (screened.limit.kind, screened.limit.at);
+    let waves = ctx.screened.iter().filter(|s| is_wave(s.limit.effect.kind));
+    let of = |screened: &ScreenedEffect| screened.limit.effect;
     screen_those(ctx, &promising.chain(waves).map(of).collect::<Vec<_>>())
 }

@@ -15,7 +15,7 @@ use trueweld_estimate::fit::{
     SolverOptions,
 };
 use trueweld_estimate::predict::{ComparedQuantity, PredictError};
-use trueweld_plant::effects::{Effect, EffectKind, Location, Role};
+use trueweld_plant::effects::{Effect, EffectPlace, Location, Role};
 use trueweld_plant::robot::{Channel, ElasticRobot};
 
 /// Fits the calibrations alone: those logs first whose residuals follow them nearly in proportion,
@@ -188,7 +188,7 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
     fits.extend(others.collect::<Vec<_>>());
     let best = fits.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
     for rival in best.map_or(Vec::new(), |best| rivals(ctx, best, &fits)) {
-        match fits.iter_mut().find(|known| last_name(known) == last_name(&rival)) {
+        match fits.iter_mut().find(|known| last_effect(known) == last_effect(&rival)) {
             Some(known) if known.cost <= rival.cost => {}
             Some(known) => *known = rival,
             None => fits.push(rival),
@@ -209,9 +209,9 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
     fits
 }
 
-/// Kind and place of the last effect of a fit.
-fn last_name(fitted: &Fitted) -> Option<(&'static str, Location)> {
-    fitted.point.shared.last().map(|e| (e.kind.id, e.at))
+/// The last effect of a fit.
+pub(super) fn last_effect(fitted: &Fitted) -> Option<EffectPlace> {
+    fitted.point.shared.last().map(Effect::place)
 }
 
 /// Other effects in place of the last one of a fit, from where it stands, but for those whose fits
@@ -229,10 +229,10 @@ fn rivals(ctx: &SearchContext<'_>, best: &Fitted, fits: &[Fitted]) -> Vec<Fitted
     let screened: Vec<ScreenedEffect> =
         ctx.screened.par_iter().filter_map(|s| screening.weighed_again(s)).collect();
     let arrived = fits.iter().filter(|f| f.termination.is_arrival());
-    let arrived: Vec<_> = arrived.filter_map(last_name).collect();
+    let arrived: Vec<_> = arrived.filter_map(last_effect).collect();
     let is_open = |s: &&ScreenedEffect| {
-        let name = (s.limit.kind.id, s.limit.at);
-        !arrived.contains(&name) && best.point.shared.iter().all(|e| (e.kind.id, e.at) != name)
+        let own = s.limit.effect;
+        !arrived.contains(&own) && best.point.shared.iter().all(|e| e.place() != own)
     };
     let others = likeliest(screened.iter().filter(is_open), rules::FITTED_BESIDE);
     let goal = ctx.null.cost - rules::PROMISED_WIN_SHARE * (ctx.null.cost - best.cost);
@@ -389,31 +389,27 @@ pub(super) fn alternatives(
     ctx: &SearchContext<'_>,
     fitted: &Fitted,
     confusable: &[Confusable],
-    tied: &[(&'static EffectKind, Location)],
+    tied: &[EffectPlace],
 ) -> Vec<Fitted> {
     let inflation = rules::variance_inflation(fitted);
-    let place = |e: &Effect| (e.kind.id, e.at);
     let all = &fitted.point.shared;
     let mut found = Vec::new();
     let own = (0..all.len()).filter(|i| !is_calibration(all[*i].kind));
     for (nth, index) in own.enumerate() {
         let others = confusable.iter().filter_map(|pair| {
-            let is = |(kind, at): (&EffectKind, Location)| (kind.id, at) == place(&all[index]);
-            let other = match (is(pair.first), is(pair.second)) {
-                (true, _) => pair.second,
-                (_, true) => pair.first,
-                _ => return None,
-            };
-            Some(other)
+            let own = all[index].place();
+            match (pair.first == own, pair.second == own) {
+                (true, _) => Some(pair.second),
+                (_, true) => Some(pair.first),
+                _ => None,
+            }
         });
         let tied = if nth == 0 { tied } else { &[] };
-        let is_new = |other: &(&EffectKind, Location)| {
-            !all.iter().any(|e| place(e) == (other.0.id, other.1))
-        };
+        let is_new = |other: &EffectPlace| !all.iter().any(|e| e.place() == *other);
         let others = others.filter(is_new).take(ALTERNATIVES);
-        let mut others: Vec<(&'static EffectKind, Location)> = others.collect();
+        let mut others: Vec<EffectPlace> = others.collect();
         for other in tied.iter().filter(|other| is_new(other)) {
-            if !others.iter().any(|(kind, at)| (kind.id, *at) == (other.0.id, other.1)) {
+            if !others.contains(other) {
                 others.push(*other);
             }
         }
@@ -423,9 +419,9 @@ pub(super) fn alternatives(
         let Some(base) = fit_without(ctx, fitted, index, f64::INFINITY) else { continue };
         let beside = SearchContext { null: &base, given: &base, ..*ctx };
         let Some(screening) = Screening::of(&beside) else { continue };
-        let fits = others.into_iter().filter_map(|(kind, at)| {
+        let fits = others.into_iter().filter_map(|other| {
             let mut fits =
-                fit_roughly(&beside, &starts(&beside, &screening.screen(kind, at)?), |_| ROUGHLY);
+                fit_roughly(&beside, &starts(&beside, &screening.screen(other)?), |_| ROUGHLY);
             fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
             let mut best = fits.into_iter().next()?;
             let options = SolverOptions::full(in_proportion(&base.point));
@@ -540,7 +536,7 @@ pub(crate) fn add_each_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Vec<F
     let once = |e: &Effect| e.kind.parameters.iter().all(|p| p.role != Role::Order);
     let has = |s: &ScreenedEffect| {
         let effect = &s.starts[0].0;
-        let same = |e: &Effect| (e.kind.id, e.at) == (effect.kind.id, effect.at);
+        let same = |e: &Effect| e.place() == effect.place();
         once(effect) && fitted.point.shared.iter().any(same)
     };
     let others = likeliest(screened.iter().filter(|s| !has(s)), rules::FITTED_BESIDE);

@@ -125,7 +125,7 @@ impl Laboratory {
         for effect in &recipe.effects {
             writeln!(text, "\n[[effect]]\nid = \"{}\"", effect.kind.id)?;
             if effect.at != Location::Cell {
-                writeln!(text, "at = \"{}\"", effect.at_name(&self.robot))?;
+                writeln!(text, "at = \"{}\"", effect.at.name(&self.robot))?;
             }
             for (parameter, value) in effect.kind.parameters.iter().zip(&effect.values) {
                 writeln!(text, "{} = {value:?}", parameter.name)?;

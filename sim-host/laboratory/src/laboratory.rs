@@ -1,13 +1,13 @@
 //! The cell of a laboratory as its input files describe it.
 
 use std::path::{Path, PathBuf};
-use trueweld_plant::effects::Effect;
 use trueweld_plant::input::{Control, InputError, InputFile, Process, RobotFile, Sensors};
 
 /// A cell as its input files describe it: what the model in a campaign states.
 #[derive(Debug)]
 pub struct Laboratory {
-    pub(crate) robot: RobotFile,
+    /// The robot.
+    pub robot: RobotFile,
     /// What welds are planned with; `None` where nothing is welded.
     pub(crate) process: Option<Process>,
     pub(crate) control: Control,
@@ -37,10 +37,5 @@ impl Laboratory {
             robot_path,
             process_path: Some(process_path.into()),
         })
-    }
-
-    /// The name of what an effect is attached to, as files write it; empty for the whole cell.
-    pub fn at_name(&self, effect: &Effect) -> &str {
-        effect.at_name(&self.robot)
     }
 }

@@ -154,7 +154,7 @@ impl EffectRecord {
         let names = effect.kind.parameters.iter().map(|p| p.name.to_owned());
         Self {
             id: effect.kind.id.to_owned(),
-            at: effect.at_name(robot).to_owned(),
+            at: effect.at.name(robot).to_owned(),
             values: names.zip(effect.values.iter().copied()).collect(),
         }
     }

@@ -50,7 +50,11 @@ impl DiscoveredLaw {
             truth.map(|y| Some(law.values[0] * y?)).collect::<Option<Vec<f64>>>()
         });
         Self {
-            law: format!("{} [{}] {formula}", hypothesis.port.name, LABORATORY.at_name(found)),
+            law: format!(
+                "{} [{}] {formula}",
+                hypothesis.port.name,
+                found.at.name(&LABORATORY.robot)
+            ),
             right,
             tied: discovery.tied.iter().any(|tied| is(&tied.hypothesis)),
             band: truth.as_ref().map(|truth| of_band(discovery, truth)),

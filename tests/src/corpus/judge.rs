@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use trueweld_diagnose::{Candidate, Diagnosis, DiagnosisVerdict};
 use trueweld_laboratory::{Hidden, Recipe};
-use trueweld_plant::effects::{Effect, Location};
+use trueweld_plant::effects::{Effect, EffectPlace};
 
 /// What came of one case, better ones first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -34,24 +34,18 @@ pub enum Outcome {
     FalseAlarm,
 }
 
-type Key = (&'static str, Location);
-
-fn key(effect: &Effect) -> Key {
-    (effect.kind.id, effect.at)
-}
-
-fn keys(candidate: &Candidate) -> Vec<Key> {
-    candidate.effects.iter().map(|f| key(&f.effect)).collect()
+fn keys(candidate: &Candidate) -> Vec<EffectPlace> {
+    candidate.effects.iter().map(|f| f.effect.place()).collect()
 }
 
 /// Judges a diagnosis of the campaign of `recipe`, in which `hidden` is hidden.
 pub fn judge(hidden: &Hidden, recipe: &Recipe, diagnosis: &Diagnosis) -> Outcome {
     let unknown = matches!(hidden, Hidden::Unknown(_) | Hidden::Law(_));
     let of_library = hidden.effects().into_iter().filter(|_| !unknown);
-    let truth: Vec<Key> = of_library.map(key).collect();
-    let reported = |k: &Key| diagnosis.calibration.iter().any(|f| key(&f.effect) == *k);
+    let truth: Vec<EffectPlace> = of_library.map(Effect::place).collect();
+    let reported = |k: &EffectPlace| diagnosis.calibration.iter().any(|f| f.effect.place() == *k);
     // A calibration that is reported as one is found; what is left is for the explanation to say.
-    let left: Vec<Key> = truth.iter().filter(|k| !reported(k)).copied().collect();
+    let left: Vec<EffectPlace> = truth.iter().filter(|k| !reported(k)).copied().collect();
     let adequate = || match (truth.is_empty(), left.is_empty()) {
         (true, _) if unknown => Outcome::Missed,
         (true, _) => Outcome::Right,
@@ -84,10 +78,11 @@ pub fn judge(hidden: &Hidden, recipe: &Recipe, diagnosis: &Diagnosis) -> Outcome
 }
 
 /// What an explanation is worth where `truth` was to be named.
-fn found(truth: &[Key], first: &Candidate, all: &[Candidate]) -> Outcome {
+fn found(truth: &[EffectPlace], first: &Candidate, all: &[Candidate]) -> Outcome {
     let named = keys(first);
-    let same =
-        |named: &[Key]| named.len() == truth.len() && truth.iter().all(|t| named.contains(t));
+    let same = |named: &[EffectPlace]| {
+        named.len() == truth.len() && truth.iter().all(|t| named.contains(t))
+    };
     if same(&named) {
         Outcome::Right
     } else if first.indistinguishable.iter().any(|k| same(&keys(&all[*k]))) {
@@ -96,7 +91,7 @@ fn found(truth: &[Key], first: &Candidate, all: &[Candidate]) -> Outcome {
         Outcome::RightAndMore
     } else if truth.iter().any(|t| named.contains(t)) {
         Outcome::OneOfTwo
-    } else if truth.iter().any(|t| named.iter().any(|n| n.0 == t.0)) {
+    } else if truth.iter().any(|t| named.iter().any(|n| n.kind.id == t.kind.id)) {
         Outcome::WrongPlace
     } else {
         Outcome::WrongEffect
@@ -104,6 +99,6 @@ fn found(truth: &[Key], first: &Candidate, all: &[Candidate]) -> Outcome {
 }
 
 /// True for a calibration that the laboratory of a recipe got wrong.
-fn is_nuisance(named: Key, recipe: &Recipe) -> bool {
-    recipe.miscalibrations(0).iter().any(|effect| key(effect) == named)
+fn is_nuisance(named: EffectPlace, recipe: &Recipe) -> bool {
+    recipe.miscalibrations(0).iter().any(|effect| effect.place() == named)
 }

@@ -86,7 +86,7 @@ fn read(folder: &Path) -> Result<Ready, CorpusError> {
 
 /// An effect and its place: `backlash [A5]`.
 pub fn in_words(effect: &Effect) -> String {
-    let at = LABORATORY.at_name(effect);
+    let at = effect.at.name(&LABORATORY.robot);
     if at.is_empty() { effect.kind.id.to_owned() } else { format!("{} [{at}]", effect.kind.id) }
 }
 
@@ -314,7 +314,7 @@ fn with_values(effect: &Effect) -> String {
         .zip(&effect.values)
         .map(|(p, v)| format!("{}={v:e}", p.name))
         .collect();
-    format!("{}:{}:{}", effect.kind.id, LABORATORY.at_name(effect), values.join(","))
+    format!("{}:{}:{}", effect.kind.id, effect.at.name(&LABORATORY.robot), values.join(","))
 }
 
 /// True where every value that an effect grows with is plausible.

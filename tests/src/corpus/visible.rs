@@ -13,7 +13,7 @@ use trueweld_estimate::fit::calibration::{calibrations, is_calibration};
 use trueweld_estimate::fit::{self, FitState, Linear, Residuals, Slopes};
 use trueweld_estimate::predict::{Compared, Prediction, PreparedLog};
 use trueweld_laboratory::{OutOfLibrary, Recipe};
-use trueweld_plant::effects::{Effect, Location};
+use trueweld_plant::effects::{Effect, EffectPlace};
 
 /// Share of its sum of squares by which a channel must grow to show something alone.
 const VISIBLE: f64 = 0.08;
@@ -78,11 +78,7 @@ impl Context {
     ///
     /// # Errors
     /// [`CorpusError`].
-    pub fn seen(
-        &self,
-        with: &Recipe,
-        own: Option<(&str, Location)>,
-    ) -> Result<Visibility, CorpusError> {
+    pub fn seen(&self, with: &Recipe, own: Option<EffectPlace>) -> Result<Visibility, CorpusError> {
         let with = ready(with)?;
         let there = fit::residuals(&with.problem, &FitState::empty(with.problem.logs.len()))?;
         let mut difference: Residuals = Vec::new();
@@ -98,10 +94,7 @@ impl Context {
             difference.push(Prediction { residual, motion: None, late: None, not_evidence: 0.0 });
         }
         let free: Vec<usize> = (0..self.point.free.len())
-            .filter(|k| {
-                let effect = self.point.effect(self.point.free[*k].of);
-                own != Some((effect.kind.id, effect.at))
-            })
+            .filter(|k| own != Some(self.point.effect(self.point.free[*k].of).place()))
             .collect();
         let weight = DVector::from_fn(free.len(), |i, _| {
             let free = &self.point.free[free[i]];
@@ -141,7 +134,7 @@ impl Context {
     /// plausible.
     pub fn size_effect(&self, target: f64, drawn: impl Fn(f64) -> Effect) -> (Effect, Visibility) {
         let own = drawn(1.0);
-        let own = is_calibration(own.kind).then_some((own.kind.id, own.at));
+        let own = is_calibration(own.kind).then_some(own.place());
         let seen = self.size(target, |size| {
             let effect = drawn(size);
             plausible(&effect)

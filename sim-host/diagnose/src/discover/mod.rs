@@ -355,7 +355,7 @@ pub fn settling_experiment(
     }
     let robot = &logs.first()?.robot;
     let name = |hypothesis: &Hypothesis, effect: &Effect| {
-        let at = effect.at_name(robot);
+        let at = effect.at.name(robot);
         let parts = [hypothesis.port.name, at];
         let place = parts[..if at.is_empty() { 1 } else { 2 }].join(" at ");
         [place, hypothesis.variables().join(" and ")].join(" over ")

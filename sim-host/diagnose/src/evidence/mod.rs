@@ -70,7 +70,7 @@ pub fn evidence(
 
 /// Where a point has the effect.
 fn place(point: &FitState, effect: &Effect) -> Option<EffectScope> {
-    let is = |e: &Effect| e.kind.id == effect.kind.id && e.at == effect.at;
+    let is = |e: &Effect| e.place() == effect.place();
     let of_log =
         |log: usize| point.per_log[log].iter().position(is).map(|i| EffectScope::Log(log, i));
     point
@@ -83,8 +83,8 @@ fn place(point: &FitState, effect: &Effect) -> Option<EffectScope> {
 
 /// The point without that effect, also where every log has it with values of its own.
 fn taken_out(point: &FitState, of: EffectScope) -> FitState {
-    let (kind, at) = (point.effect(of).kind, point.effect(of).at);
-    let stays = |e: &Effect| e.kind.id != kind.id || e.at != at;
+    let own = point.effect(of).place();
+    let stays = |e: &Effect| e.place() != own;
     let mut point = point.clone();
     point.shared.retain(stays);
     point.per_log.iter_mut().for_each(|effects| effects.retain(stays));

@@ -25,7 +25,7 @@ use trueweld_estimate::fit::FitProblem;
 use trueweld_estimate::fit::calibration::is_calibration;
 use trueweld_estimate::predict::PreparedLog;
 use trueweld_logs::log::{Log, LogKind};
-use trueweld_plant::effects::{Action, Effect, Location};
+use trueweld_plant::effects::{Action, Effect, EffectPlace, Location};
 use trueweld_plant::robot::Port;
 
 /// Separation from which on rivals count as told apart, standard deviations.
@@ -100,10 +100,10 @@ pub fn next_experiment(
     let nothing = (String::new(), Vec::new());
     let (first, second) = (rivals.first()?, rivals.get(1).unwrap_or(&nothing));
     let cell = ExperimentCell::of(&problem.model.robot, logs)?;
-    let claimed: Vec<(&'static str, Location)> = rivals
+    let claimed: Vec<EffectPlace> = rivals
         .iter()
         .filter(|(_, effects)| effects.iter().all(|e| is_calibration(e.kind)))
-        .flat_map(|(_, effects)| effects.iter().map(|e| (e.kind.id, e.at)))
+        .flat_map(|(_, effects)| effects.iter().map(|e| e.place()))
         .collect();
     let process = problem.model.process.as_ref();
     let effects: Vec<Effect> = first.1.iter().chain(&second.1).cloned().collect();

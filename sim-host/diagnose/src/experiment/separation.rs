@@ -15,7 +15,7 @@ use trueweld_estimate::fit::{
     self, EffectScope, Factor, FitProblem, FitState, FreeParameter, Linear, Residuals, Slopes,
 };
 use trueweld_estimate::predict::{Prediction, PreparedLog};
-use trueweld_plant::effects::{Effect, Location};
+use trueweld_plant::effects::{Effect, EffectPlace};
 
 /// The calibrations, and what the logs so far say of them; slopes are those of the model without
 /// any explanation.
@@ -23,17 +23,14 @@ use trueweld_plant::effects::{Effect, Location};
 pub(super) struct SeparationContext<'a> {
     problem: &'a FitProblem,
     /// Calibrations that an explanation consists of, and which no other may use.
-    claimed: Vec<(&'static str, Location)>,
+    claimed: Vec<EffectPlace>,
     point: FitState,
     slopes: Vec<Slopes>,
 }
 
 impl<'a> SeparationContext<'a> {
     /// `None` where the model cannot be driven through the logs.
-    pub(crate) fn of(
-        problem: &'a FitProblem,
-        claimed: Vec<(&'static str, Location)>,
-    ) -> Option<Self> {
+    pub(crate) fn of(problem: &'a FitProblem, claimed: Vec<EffectPlace>) -> Option<Self> {
         let point = unclaimed(calibrations(problem), &claimed);
         let at = fit::residuals(problem, &point).ok()?;
         let slopes = fit::slopes(problem, &point, &point.free, &at, fit::SLOPE_STEP);
@@ -122,7 +119,7 @@ impl Rival {
 
 /// True for the same kind of effect at the same place.
 fn same(a: &Effect, b: &Effect) -> bool {
-    (a.kind.id, a.at) == (b.kind.id, b.at)
+    a.place() == b.place()
 }
 
 /// True for the same value of the same effect at two points.
@@ -135,9 +132,9 @@ fn same_value((a, f): (&FitState, &FreeParameter), (b, g): (&FitState, &FreePara
 }
 
 /// Calibrations but those that an explanation consists of.
-fn unclaimed(mut point: FitState, claimed: &[(&'static str, Location)]) -> FitState {
+fn unclaimed(mut point: FitState, claimed: &[EffectPlace]) -> FitState {
     let free = std::mem::take(&mut point.free);
-    let is_claimed = |effect: &Effect| claimed.contains(&(effect.kind.id, effect.at));
+    let is_claimed = |effect: &Effect| claimed.contains(&effect.place());
     point.free = free.into_iter().filter(|f| !is_claimed(point.effect(f.of))).collect();
     point
 }

@@ -23,7 +23,7 @@ impl PerLogEffect {
         let mut expected = expected(stated.kind);
         // What the logs of the model were off by from one another, where that is more.
         for number in posterior.iter().flat_map(|posterior| &posterior.numbers) {
-            if (number.kind.id, number.at) == (stated.kind.id, stated.at) {
+            if number.effect() == stated.place() {
                 let expected = &mut expected[number.parameter];
                 *expected = expected.max(number.between_logs);
             }
@@ -50,7 +50,7 @@ impl PerLogEffect {
 
     /// True for an effect of this kind at this place.
     pub fn is(&self, other: &Effect) -> bool {
-        (self.stated.kind.id, self.stated.at) == (other.kind.id, other.at)
+        self.stated.place() == other.place()
     }
 }
 

@@ -146,7 +146,7 @@ impl UncertainCell {
         let mut named: Vec<String> = Vec::new();
         for (k, (number, row)) in posterior.numbers.iter().zip(rows).enumerate() {
             let parameter = &number.kind.parameters[number.parameter];
-            let effect = number.kind.neutral(number.at).name(robot);
+            let effect = number.effect().name(robot);
             let name = match number.occurrence {
                 0 => format!("{effect}: {}", parameter.name),
                 n => format!("{effect}, number {}: {}", n + 1, parameter.name),
@@ -500,7 +500,7 @@ impl UncertainCell {
                 }
                 let mut what = kind.id.to_owned();
                 if not.len() < places.len() {
-                    let at = |at: &Location| kind.neutral(*at).at_name(robot).to_owned();
+                    let at = |at: &Location| at.name(robot).to_owned();
                     what += &format!(" at {}", not.iter().map(at).collect::<Vec<_>>().join(", "));
                 }
                 if sizes().count() > 1 {

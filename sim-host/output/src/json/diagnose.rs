@@ -2,7 +2,7 @@
 
 use super::compare::ResidualFinding;
 use super::discover::{DiscoveredLaw, PortPlace};
-use super::effects::{EffectCurveData, EffectPlace, FittedEffectValues, at_name};
+use super::effects::{EffectAndPlace, EffectCurveData, FittedEffectValues};
 use super::error::ChannelErrorFigures;
 use super::log_fault::FileMistake;
 use super::mountings::LinkMountings;
@@ -128,8 +128,8 @@ result! {
         /// Share of what is above the noise floor that it leaves.
         left: Option<f64> = finite(candidate.left),
         /// Effects that the data do not tell from it.
-        indistinguishable: Vec<EffectPlace> =
-            candidate.others(all).iter().map(|e| EffectPlace::of(e.kind, e.at, robot)).collect(),
+        indistinguishable: Vec<EffectAndPlace> =
+            candidate.others(all).iter().map(|e| EffectAndPlace::of(e.place(), robot)).collect(),
         /// The same in words.
         explanation: String = reason.map_or(String::new(), told),
         /// The curve that shows the first of its effects that has one.
@@ -175,10 +175,10 @@ result! {
 result! {
     /// The smallest size of an effect that the logs would have shown.
     DetectionLimit of (limit: &EffectLimit, robot: &RobotFile) with {
-        let size = &limit.kind.parameters[limit.parameter];
+        let size = &limit.effect.kind.parameters[limit.parameter];
     } {
-        effect: &'static str = limit.kind.id,
-        at: String = at_name(limit.kind, limit.at, robot),
+        effect: &'static str = limit.effect.kind.id,
+        at: String = limit.effect.at.name(robot).to_owned(),
         /// The parameter that is its size.
         parameter: &'static str = size.name,
         value: Option<f64> = finite(limit.value),
@@ -189,8 +189,8 @@ result! {
 result! {
     /// Two effects that the logs hardly tell apart.
     ConfusablePair of (pair: &Confusable, robot: &RobotFile) {
-        first: EffectPlace = EffectPlace::of(pair.first.0, pair.first.1, robot),
-        second: EffectPlace = EffectPlace::of(pair.second.0, pair.second.1, robot),
+        first: EffectAndPlace = EffectAndPlace::of(pair.first, robot),
+        second: EffectAndPlace = EffectAndPlace::of(pair.second, robot),
         /// Correlation of what they do to the measurements.
         alike: Option<f64> = finite(pair.alike),
         /// From so many times the detection limit on they are told apart.

@@ -7,20 +7,15 @@ use trueweld_diagnose::FittedEffect;
 use trueweld_diagnose::evidence::EffectCurve;
 use trueweld_estimate::residuals::compare::LogComparison;
 use trueweld_estimate::residuals::localize::ConditionBin;
-use trueweld_plant::effects::{Effect, EffectKind, Location};
+use trueweld_plant::effects::EffectPlace;
 use trueweld_plant::input::RobotFile;
 
 result! {
     /// An effect and what it is at: a joint, an instrument, or nothing for the whole cell.
-    EffectPlace of (kind: &'static EffectKind, location: Location, robot: &RobotFile) {
-        effect: &'static str = kind.id,
-        at: String = at_name(kind, location, robot),
+    EffectAndPlace of (place: EffectPlace, robot: &RobotFile) {
+        effect: &'static str = place.kind.id,
+        at: String = place.at.name(robot).to_owned(),
     }
-}
-
-/// Name of what an effect is at.
-pub(super) fn at_name(kind: &'static EffectKind, at: Location, robot: &RobotFile) -> String {
-    Effect { kind, at, values: Vec::new() }.at_name(robot).to_owned()
 }
 
 result! {
@@ -29,7 +24,7 @@ result! {
         /// The effect.
         effect: &'static str = found.effect.kind.id,
         /// What it is at.
-        at: String = at_name(found.effect.kind, found.effect.at, robot),
+        at: String = found.effect.at.name(robot).to_owned(),
         /// Its parameters by name.
         parameters: BTreeMap<&'static str, FittedValue> = FittedValue::all(found),
         /// The log, where it is of one alone.

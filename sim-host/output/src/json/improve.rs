@@ -2,7 +2,7 @@
 
 use super::compare::ResidualFinding;
 use super::discover::DiscoveredLaw;
-use super::effects::{EffectPlace, FittedEffectValues, at_name};
+use super::effects::{EffectAndPlace, FittedEffectValues};
 use super::error::ChannelErrorFigures;
 use super::log_fault::FileMistake;
 use super::register::RegisteredTracker;
@@ -79,7 +79,7 @@ result! {
         let end = |x: f64| if of.holds(x) { x } else { x.clamp(of.low, of.high) };
     } {
         effect: &'static str = n.kind.id,
-        at: String = at_name(n.kind, n.at, robot),
+        at: String = n.at.name(robot).to_owned(),
         parameter: &'static str = of.name,
         value: f64 = n.value,
         low: f64 = end(n.value - half),
@@ -121,8 +121,8 @@ result! {
             FittedEffectValues::calibrations(&step.calibration, robot, before),
         /// Effects that the data do not tell from those that it added.
         #[serde(default)]
-        indistinguishable: Vec<EffectPlace> =
-            others.map(|e| EffectPlace::of(e.kind, e.at, robot)).collect(),
+        indistinguishable: Vec<EffectAndPlace> =
+            others.map(|e| EffectAndPlace::of(e.place(), robot)).collect(),
     }
 }
 

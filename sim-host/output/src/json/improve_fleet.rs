@@ -1,6 +1,5 @@
 //! Units of one type, improved and laid beside each other.
 
-use super::effects::at_name;
 use super::improve::ImproveResult;
 use super::result;
 use crate::text::improve_fleet::{headline, reason};
@@ -54,7 +53,7 @@ result! {
         /// The effect.
         effect: &'static str = effect.kind.id,
         /// What it is at.
-        at: String = at_name(effect.kind, effect.at, robot),
+        at: String = effect.at.name(robot).to_owned(),
         /// True where every unit has it.
         shared: bool = of.is_shared(),
         /// Of each unit: `named` by its own logs, `measured` to be there although they do not name it,

@@ -8,7 +8,7 @@ use crate::text::diagnose::{Limits, limits};
 use crate::text::{counted, fixed, listed};
 use crate::{PlanReport, RecordedLog};
 use trueweld_diagnose::ShownEffect;
-use trueweld_plant::effects::Effect;
+use trueweld_plant::effects::EffectPlace;
 
 /// Pairs of effects that are hard to tell apart, shown at most.
 const HARDLY_APART_MAX: usize = 20;
@@ -94,9 +94,8 @@ impl PlanReport<'_> {
     fn not_shown(&self) -> Vec<String> {
         let mut lines: Vec<String> = Vec::new();
         let mut last = "";
-        for (kind, at) in &self.detectability.not_shown {
-            let effect = Effect { kind, at: *at, values: Vec::new() };
-            let place = effect.at_name(&self.model.robot);
+        for EffectPlace { kind, at } in &self.detectability.not_shown {
+            let place = at.name(&self.model.robot);
             match lines.last_mut().filter(|_| last == kind.id) {
                 Some(line) => *line += &format!(", {place}"),
                 None => lines.push(format!("{} {place}", kind.id).trim().to_owned()),

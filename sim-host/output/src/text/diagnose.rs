@@ -15,7 +15,7 @@ use trueweld_estimate::predict::is_open_factor;
 use trueweld_estimate::residuals::compare::{LogComparison, NOISE_FLOOR_SCORE};
 use trueweld_estimate::residuals::error::ChannelError;
 use trueweld_estimate::residuals::localize::{Finding, foremost};
-use trueweld_plant::effects::{Action, Effect, EffectKind, Location, Parameter};
+use trueweld_plant::effects::{Action, Effect, EffectKind, EffectPlace, Location, Parameter};
 use trueweld_plant::input::{ModelFile, RobotFile, unit_suffix};
 
 /// Held-out score from which on an explanation is said not to be the end of it.
@@ -456,19 +456,19 @@ pub(crate) fn limits<'l>(
     let row = |kind: &EffectKind| {
         trueweld_plant::effects::library().position(|k| k.id == kind.id).unwrap_or(usize::MAX)
     };
-    all.sort_by_key(|limit| (row(limit.kind), place(limit.at)));
+    all.sort_by_key(|limit| (row(limit.effect.kind), place(limit.effect.at)));
     let mut lines: Vec<Limits> = Vec::new();
     for limit in all {
-        let parameter = &limit.kind.parameters[limit.parameter];
+        let EffectPlace { kind, at } = limit.effect;
+        let parameter = &kind.parameters[limit.parameter];
         let scale = Scale::of_parameter(parameter);
-        let effect = Effect { kind: limit.kind, at: limit.at, values: Vec::new() };
-        let entry = (effect.at_name(robot).to_owned(), scale.number(limit.value));
-        match lines.last_mut().filter(|line| line.kind.id == limit.kind.id) {
+        let entry = (at.name(robot).to_owned(), scale.number(limit.value));
+        match lines.last_mut().filter(|line| line.kind.id == kind.id) {
             Some(line) => line.places.push(entry),
             None => {
                 let comma = if scale.unit.is_empty() { "" } else { ", " };
                 let size = format!("{}{comma}{}", spoken(parameter), scale.unit);
-                lines.push(Limits { kind: limit.kind, size, places: vec![entry] });
+                lines.push(Limits { kind, size, places: vec![entry] });
             }
         }
     }
@@ -478,14 +478,11 @@ pub(crate) fn limits<'l>(
 /// Two hypotheses that are hard to tell apart, and from which multiple of the detection limit on
 /// they are.
 pub(crate) fn confusable(pair: &Confusable, robot: &RobotFile) -> [String; 3] {
-    let one = |(kind, at): (&'static EffectKind, Location)| {
-        Effect { kind, at, values: Vec::new() }.name(robot)
-    };
     let apart = match pair.factor() {
         factor if factor > 300.0 => "not at any size".to_owned(),
         factor => format!("{factor:.0}"),
     };
-    [one(pair.first), one(pair.second), apart]
+    [pair.first.name(robot), pair.second.name(robot), apart]
 }
 
 /// What the explanations leave of the probability: that it is none of them.

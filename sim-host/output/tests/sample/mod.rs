@@ -44,7 +44,7 @@ use trueweld_evaluate::{Requirements, StepFigures, UncertainCell, WELD_FIGURES, 
 use trueweld_logs::log::{Log, LogKind, LogNotice};
 use trueweld_output::{CertifyReport, DiagnoseReport, StepRun, WeldRun};
 use trueweld_plant::cell::Cell;
-use trueweld_plant::effects::{Effect, EffectKind, Location};
+use trueweld_plant::effects::{Effect, EffectKind, EffectPlace, Location};
 use trueweld_plant::input::{
     Control, InputFile, MeasuredNumber, ModelFile, Posterior, Process, RobotFile, Sensors, Weld,
 };
@@ -467,8 +467,7 @@ pub fn diagnosis(verdict: DiagnosisVerdict) -> Parts {
     after[0].traces.iter_mut().for_each(|t| t.predicted.clone_from(&t.measured));
     let kind = EffectKind::of("backlash").unwrap();
     let limit = |joint: usize| EffectLimit {
-        kind,
-        at: Location::Joint(joint),
+        effect: EffectPlace { kind, at: Location::Joint(joint) },
         parameter: 0,
         value: 5.3e-6,
     };
@@ -523,8 +522,8 @@ pub fn diagnosis(verdict: DiagnosisVerdict) -> Parts {
             mountings: None,
             limits: vec![limit(4), limit(0)],
             confusable: vec![Confusable {
-                first: (kind, Location::Joint(4)),
-                second: (kind, Location::Joint(3)),
+                first: EffectPlace { kind: kind, at: Location::Joint(4) },
+                second: EffectPlace { kind: kind, at: Location::Joint(3) },
                 alike: 0.999,
             }],
             unexplained: comparison.worst,

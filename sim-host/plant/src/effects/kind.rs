@@ -168,6 +168,31 @@ pub struct Effect {
     pub values: Vec<f64>,
 }
 
+/// Which effect, and where, whatever its values.
+#[derive(Debug, Clone, Copy)]
+pub struct EffectPlace {
+    /// Which effect.
+    pub kind: &'static EffectKind,
+    /// Where it is.
+    pub at: Location,
+}
+
+impl PartialEq for EffectPlace {
+    fn eq(&self, other: &Self) -> bool {
+        (self.kind.id, self.at) == (other.kind.id, other.at)
+    }
+}
+
+impl EffectPlace {
+    /// Its kind with its place, such as `backlash at A5`.
+    pub fn name(&self, robot: &RobotFile) -> String {
+        match self.at.name(robot) {
+            "" => self.kind.id.to_owned(),
+            at => format!("{} at {at}", self.kind.id),
+        }
+    }
+}
+
 /// An effect that cannot be understood or installed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum EffectError {
@@ -379,28 +404,19 @@ impl Effect {
         }
     }
 
+    /// Which effect it is, and where.
+    pub fn place(&self) -> EffectPlace {
+        EffectPlace { kind: self.kind, at: self.at }
+    }
+
     /// Its kind with its place, such as `backlash at A5`.
     pub fn name(&self, robot: &RobotFile) -> String {
-        match self.at_name(robot) {
-            "" => self.kind.id.to_owned(),
-            at => format!("{} at {at}", self.kind.id),
-        }
+        self.place().name(robot)
     }
 
     /// One of its parameters with its kind and place, such as `backlash at A5: half_gap_rad`.
     pub fn number_name(&self, parameter: usize, robot: &RobotFile) -> String {
         format!("{}: {}", self.name(robot), self.kind.parameters[parameter].name)
-    }
-
-    /// What it is attached to, as files write it; nothing for the whole cell.
-    pub fn at_name<'r>(&self, robot: &'r RobotFile) -> &'r str {
-        match self.at {
-            Location::Joint(joint) => &robot.joint_names[joint],
-            Location::Channel(channel) => {
-                INSTRUMENT_NAMES.iter().find(|(_, c)| *c == channel).map_or("", |(name, _)| name)
-            }
-            Location::Cell => "",
-        }
     }
 
     /// True where it is other numbers of the robot: what a controller's model can hold. Everything else

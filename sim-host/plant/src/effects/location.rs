@@ -1,5 +1,6 @@
 //! Where an effect may be, and where one is.
 
+use crate::input::RobotFile;
 use crate::robot::Channel;
 
 /// What an effect may be attached to.
@@ -22,6 +23,19 @@ pub enum Location {
     Channel(Channel),
     /// The cell as a whole.
     Cell,
+}
+
+impl Location {
+    /// What it is, as files write it; nothing for the whole cell.
+    pub fn name(self, robot: &RobotFile) -> &str {
+        match self {
+            Self::Joint(joint) => &robot.joint_names[joint],
+            Self::Channel(channel) => {
+                INSTRUMENT_NAMES.iter().find(|(_, c)| *c == channel).map_or("", |(name, _)| name)
+            }
+            Self::Cell => "",
+        }
+    }
 }
 
 /// Names of the instruments on the command line and in files.

@@ -60,7 +60,9 @@ mod transmission_error;
 mod wrist_coupling;
 
 pub use draw::Draw;
-pub use kind::{Action, Calibration, CalibrationScope, Effect, EffectError, EffectKind};
+pub use kind::{
+    Action, Calibration, CalibrationScope, Effect, EffectError, EffectKind, EffectPlace,
+};
 pub use location::{Location, LocationKind};
 pub use parameter::{Parameter, Role};
 

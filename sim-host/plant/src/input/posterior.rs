@@ -18,7 +18,7 @@
 use super::place::place_of;
 use super::table::TomlTable;
 use super::{Bounds, InputError, RobotFile, did_you_mean};
-use crate::effects::{EffectKind, Location};
+use crate::effects::{EffectKind, EffectPlace, Location};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -74,6 +74,11 @@ pub struct Posterior {
 }
 
 impl MeasuredNumber {
+    /// The effect that it is of, and where.
+    pub fn effect(&self) -> EffectPlace {
+        EffectPlace { kind: self.kind, at: self.at }
+    }
+
     /// Its name in files: kind, parameter, and which of several alike.
     pub fn key(&self) -> String {
         let name = format!("{}.{}", self.kind.id, self.kind.parameters[self.parameter].name);

@@ -128,7 +128,7 @@ fn examine(arguments: &Arguments, index: usize) -> Result<Case, Box<dyn std::err
     let (mut numbers, mut all, mut springs) = (Vec::new(), Vec::new(), Vec::new());
     for (k, number) in posterior.numbers.iter().enumerate().filter(|(_, n)| is_stated(n.kind)) {
         let parameter = &number.kind.parameters[number.parameter];
-        let same = |e: &&Effect| (e.kind.id, e.at) == (number.kind.id, number.at);
+        let same = |e: &&Effect| e.place() == number.effect();
         let of = truth.iter().filter(same).map(|e| e.values[number.parameter]);
         // Shares of one stiffness multiply.
         let truth = match of.collect::<Vec<_>>()[..] {
@@ -144,8 +144,7 @@ fn examine(arguments: &Arguments, index: usize) -> Result<Case, Box<dyn std::err
         if number.kind.id == "stiffness-error" {
             springs.push((k, off));
         }
-        let of =
-            if (number.kind.id, number.at) == (hidden.kind.id, hidden.at) { "hidden" } else { "" };
+        let of = if number.effect() == hidden.place() { "hidden" } else { "" };
         numbers.push(Number {
             name: format!("{} {of}", number.key()),
             truth: number.value - off,
@@ -155,7 +154,7 @@ fn examine(arguments: &Arguments, index: usize) -> Result<Case, Box<dyn std::err
     }
     Ok(Case {
         index,
-        hidden: format!("{} {}", kind.id, hidden.at_name(robot)),
+        hidden: format!("{} {}", kind.id, hidden.at.name(robot)),
         stated: recipe.noise_stated,
         score: posterior.score,
         at_bound: posterior.at_bound.clone(),

@@ -111,10 +111,8 @@ fn warn_of_twins(effects: &[ModelEffect], robot: &RobotFile, path: &Path) {
     };
     for (k, twin) in effects.iter().enumerate() {
         let twin = &twin.effect;
-        let same = |e: &&ModelEffect| {
-            (e.effect.kind.id, e.effect.at) == (twin.kind.id, twin.at)
-                && shape(&e.effect) == shape(twin)
-        };
+        let same =
+            |e: &&ModelEffect| e.effect.place() == twin.place() && shape(&e.effect) == shape(twin);
         if library().any(|kind| kind.id == twin.kind.id) && effects[..k].iter().any(|e| same(&e)) {
             warn(format!(
                 "{}: {} stands twice; both act, one beside the other",

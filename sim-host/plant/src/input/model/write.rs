@@ -1,9 +1,9 @@
 //! The text of a model file.
 
 use super::{Comments, EffectComments, KnownEffect, ModelEffect, ModelFile, Scope};
+use crate::effects::Action;
 use crate::effects::formula::{CustomParameter, CustomRole, Formula};
 use crate::effects::table::Places;
-use crate::effects::{Action, Effect};
 use crate::input::posterior::{MeasuredNumber, Posterior};
 use crate::input::{FileKind, InputError, Source, folder_of, toml_string, write_atomically};
 use std::fmt::Write;
@@ -49,9 +49,7 @@ impl ModelFile {
         };
         texts("logs", &mut of.logs.iter().cloned());
         texts("names", &mut of.numbers.iter().map(|n| n.key()));
-        let at = |n: &MeasuredNumber| {
-            Effect { kind: n.kind, at: n.at, values: Vec::new() }.at_name(&self.robot).to_owned()
-        };
+        let at = |n: &MeasuredNumber| n.at.name(&self.robot).to_owned();
         texts("at", &mut of.numbers.iter().map(at));
         texts("at_bound", &mut of.at_bound.iter().cloned());
         texts("undetermined", &mut of.undetermined.iter().cloned());
@@ -69,8 +67,7 @@ impl ModelFile {
         text.push_str("[[known]]\n");
         line(text, "id", toml_string(known.kind.id));
         if let Some(at) = known.at {
-            let effect = Effect { kind: known.kind, at, values: Vec::new() };
-            line(text, "at", toml_string(effect.at_name(&self.robot)));
+            line(text, "at", toml_string(at.name(&self.robot)));
         }
         let deviations = known.kind.parameters.iter().zip(&known.deviation);
         let open: Vec<String> = deviations
@@ -99,7 +96,7 @@ impl ModelFile {
         comment(text, &comments.effect);
         text.push_str("[[effect]]\n");
         line(text, "id", toml_string(effect.kind.id));
-        let at = effect.at_name(&self.robot);
+        let at = effect.at.name(&self.robot);
         if !at.is_empty() {
             line(text, "at", toml_string(at));
         }
