@@ -522,8 +522,8 @@ pub fn diagnosis(verdict: DiagnosisVerdict) -> Parts {
             mountings: None,
             limits: vec![limit(4), limit(0)],
             confusable: vec![Confusable {
-                first: EffectPlace { kind: kind, at: Location::Joint(4) },
-                second: EffectPlace { kind: kind, at: Location::Joint(3) },
+                first: EffectPlace { kind, at: Location::Joint(4) },
+                second: EffectPlace { kind, at: Location::Joint(3) },
                 alike: 0.999,
             }],
             unexplained: comparison.worst,
