@@ -1730,8 +1730,8 @@ class DiagnoseResult(Result):
         them."""
     @property
     def ports_alike(self) -> list[PortPlace]:
-        """Where laws outside the library explain the logs as well: several ports, which the logs
-        do not tell apart, or none."""
+        """Ports at which laws outside the library explain the logs about as well, where the
+        library's explanations are too uncertain beside them to be named."""
     @property
     def calibration(self) -> list[FittedEffectValues]:
         """Calibrations that are off."""

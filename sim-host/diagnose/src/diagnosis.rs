@@ -162,8 +162,8 @@ pub struct Diagnosis {
     pub unexplained: Vec<Finding>,
     /// What there was no time for, and fits that did not converge.
     pub incomplete: Vec<Incomplete>,
-    /// Ports at which laws outside the library explain the logs as well as what it has: several, which
-    /// these logs do not tell apart, or none.
+    /// Ports at which laws outside the library explain the logs about as well as what it has, where that
+    /// is too uncertain beside them to be named.
     pub ports_alike: Vec<PortAt>,
 }
 
@@ -178,25 +178,15 @@ impl Diagnosis {
         ExplainedPart::of(self.verdict, self.chosen > 0 || calibrated)
     }
 
-    /// How probable the explanations are together where laws outside the library, at several ports,
-    /// explain the logs as well. These are as likely beforehand, and the share of them that is not seen
-    /// to differ is that of the library's explanations which the logs do not tell from the likeliest.
-    pub(crate) fn probability_beside_outside(&self) -> f64 {
-        let each = || self.candidates.iter().map(|candidate| candidate.probability);
-        let (all, likeliest) = (each().sum::<f64>(), each().fold(0.0, f64::max));
-        1.0 / (1.0 / all + (1.0 - likeliest / all))
-    }
-
-    /// The same diagnosis where they do, at these ports, and nothing is named for that.
-    pub(crate) fn beside_outside(self, ports_alike: Vec<PortAt>) -> Self {
-        let all: f64 = self.candidates.iter().map(|candidate| candidate.probability).sum();
-        let beside = self.probability_beside_outside();
-        let weighed = |candidate: Candidate| Candidate {
-            probability: candidate.probability * beside / all,
-            ..candidate
-        };
-        let candidates = self.candidates.into_iter().map(weighed).collect();
-        Self { verdict: DiagnosisVerdict::UnknownEffect, candidates, ports_alike, ..self }
+    /// The same diagnosis where laws outside the library leave this share of what is named in it; with
+    /// the ports of these where that is too little for a name.
+    pub(crate) fn beside_outside(mut self, share: f64, ports_alike: Vec<PortAt>) -> Self {
+        self.candidates.iter_mut().for_each(|candidate| candidate.probability *= share);
+        let any: f64 = self.candidates.iter().map(|candidate| candidate.probability).sum();
+        match any < NAMED {
+            true => Self { verdict: DiagnosisVerdict::UnknownEffect, ports_alike, ..self },
+            false => self,
+        }
     }
 }
 

@@ -7,6 +7,7 @@ use super::hypotheses::{Hypothesis, replaced};
 use crate::rules;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use std::f64::consts::{LN_10, PI, TAU};
 use trueweld_estimate::fit::{self, Fitted, Quadratic, ReducedNormal, SolverOptions};
 use trueweld_plant::effects::Effect;
 use trueweld_plant::effects::expression::Expression;
@@ -26,6 +27,19 @@ enum ParameterShape {
     Power,
     /// The way over which a loop turns round: that of the screened one.
     Turning,
+}
+
+impl ParameterShape {
+    /// How many values of it are told apart: as many places as the curve has, orders by half a turn over
+    /// the range, scales by a factor e.
+    fn told_apart(self, places: &[f64], turns_over: Option<f64>) -> f64 {
+        let [low, high] = range(self, places, turns_over);
+        match self {
+            Self::Place => places.len() as f64,
+            Self::Order => 1.0 + high * (places[places.len() - 1] - places[0]) / PI,
+            Self::Width | Self::Power | Self::Turning => 1.0 + (high / low).ln(),
+        }
+    }
 }
 
 /// A part of a formula over `u`, of a surface over `u` and `v`.
@@ -195,6 +209,22 @@ static SURFACE_FORMS: &[FormulaForm] = &[
     ),
 ];
 
+/// How many descriptions there are of a curve or a surface, and of a loop that may stand in its place:
+/// itself, and each formula.
+pub(super) fn descriptions(hypothesis: &Hypothesis) -> usize {
+    let own = 1 + forms(false, hypothesis.across.is_some()).len();
+    own + if hypothesis.may_be_loop() { 1 + LOOP_FORMS.len() } else { 0 }
+}
+
+/// The formulas of a curve, a loop or a surface.
+fn forms(turns_over: bool, across: bool) -> &'static [FormulaForm] {
+    match (turns_over, across) {
+        (true, _) => LOOP_FORMS,
+        (_, true) => SURFACE_FORMS,
+        _ => CURVE_FORMS,
+    }
+}
+
 /// Shapes that are tried: so many of one, and so many of each of two.
 const OF_ONE: usize = 60;
 const OF_TWO: usize = 28;
@@ -267,11 +297,7 @@ impl Cost {
 
     /// Formulas that may stand in its place.
     fn forms(&self) -> &'static [FormulaForm] {
-        match self.turns_over {
-            Some(_) => LOOP_FORMS,
-            None if self.places.across.is_empty() => CURVE_FORMS,
-            None => SURFACE_FORMS,
-        }
+        forms(self.turns_over.is_some(), !self.places.across.is_empty())
     }
 
     /// A form's parts, ready to be evaluated over `u` and its shapes. A power is taken of the variable
@@ -351,9 +377,7 @@ fn range(shape: ParameterShape, places: &[f64], turns_over: Option<f64>) -> [f64
         ParameterShape::Place => [first, last],
         ParameterShape::Width => [0.02 * wide, 3.0 * wide],
         // A wave needs three places at least.
-        ParameterShape::Order => {
-            [1.0 / wide, std::f64::consts::TAU * places.len() as f64 / (3.0 * wide)]
-        }
+        ParameterShape::Order => [1.0 / wide, TAU * places.len() as f64 / (3.0 * wide)],
         ParameterShape::Power => POWERS,
         ParameterShape::Turning => [0.1, 10.0].map(|share| share * turns_over.unwrap_or(wide)),
     }
@@ -450,7 +474,7 @@ fn length(form: &FormulaForm, count: usize) -> f64 {
 }
 
 /// What a symbol of a formula costs: twice the logarithm of some ten that may stand there.
-const SYMBOL: f64 = 2.0 * std::f64::consts::LN_10;
+const SYMBOL: f64 = 2.0 * LN_10;
 
 /// The best formula in a curve's place, fitted through the plant; `None` where none is as good on
 /// blocks left out. `first`: one that was fitted before.
@@ -481,6 +505,14 @@ pub(super) fn law(
 }
 
 impl FittedFormula {
+    /// The logarithm of how many shapes of this form are told apart over the places of the curve that it
+    /// stands for, nats.
+    pub(crate) fn shape_price(&self, curve: &FittedCurve) -> f64 {
+        let turns_over = curve.candidate.hypothesis.turns_over;
+        let shapes = self.form.shapes.iter();
+        shapes.map(|(_, shape)| shape.told_apart(&curve.places.x, turns_over).ln()).sum()
+    }
+
     /// The way over which it turns round, where it is a Dahl loop.
     pub(crate) fn turns_over(&self) -> Option<f64> {
         let of = self.form.shapes.iter().position(|s| *s == LOOP_WIDTH_SHAPE)?;

@@ -34,8 +34,8 @@ pub(super) struct Library<'a> {
     within_noise: bool,
     /// Sum of squares that stands out of the floor by the calibrations alone.
     noise_excess: f64,
-    /// True where its likeliest explanation would not be named if a law outside did as well.
-    is_rivalled: bool,
+    /// Those of its explanations that may be named, where one is.
+    named: Vec<&'a Fitted>,
 }
 
 impl<'a> Library<'a> {
@@ -43,7 +43,10 @@ impl<'a> Library<'a> {
         let Diagnosed { diagnosis, fits } = diagnosed;
         let DiagnosisFits { null, chosen, candidates, .. } = fits;
         let adequate = diagnosis.verdict == DiagnosisVerdict::Adequate;
-        let named = chosen.last().filter(|_| diagnosis.verdict == DiagnosisVerdict::EffectFound);
+        let is_named = diagnosis.verdict == DiagnosisVerdict::EffectFound;
+        let named = diagnosis.candidates.iter().zip(candidates);
+        let named = named.filter(|(candidate, _)| is_named && candidate.may_be_named);
+        let explained = chosen.last().filter(|_| is_named);
         // A partial explanation may do as well.
         let all = chosen.iter().chain(candidates);
         let (fit_anything, within) = all.partition(|fitted| fits_anything(problem, fitted));
@@ -54,16 +57,16 @@ impl<'a> Library<'a> {
             fit_anything,
             adequate,
             within_noise: adequate
-                || named.is_some_and(|fitted| rules::within_noise(problem, &fitted.residuals)),
+                || explained.is_some_and(|fitted| rules::within_noise(problem, &fitted.residuals)),
             noise_excess: rules::noise_excess(problem, &null.residuals),
-            is_rivalled: named.is_some() && diagnosis.probability_beside_outside() < NAMED,
+            named: named.map(|(_, fitted)| fitted).collect(),
         }
     }
 
-    /// What a law must promise to lower blocks left out to: nothing where something stands out, or where
-    /// one that does as well changes what is said.
+    /// What a law must promise to lower blocks left out to: nothing where something stands out, or has a
+    /// name that one which does as well makes doubtful.
     fn goal(&self) -> f64 {
-        if !self.within_noise || self.is_rivalled {
+        if !self.within_noise || !self.named.is_empty() {
             return f64::INFINITY;
         }
         let before = self.null.held_out();
@@ -71,20 +74,35 @@ impl<'a> Library<'a> {
         held_out - rules::DECISIVE_FALL.max(HOLDS * (before - held_out))
     }
 
-    /// Ports and places of laws that do as well as its likeliest explanation; none where all act at
-    /// one, where they are what it has there in another form.
-    fn ports_alike(&self, laws: &[FreeFormLaw]) -> Vec<PortAt> {
-        let mut alike: Vec<PortAt> = Vec::new();
-        for law in laws.iter().filter(|_| self.is_rivalled) {
-            let of_law = self.judged_by(law);
-            let within = self.within.par_iter().map(|fitted| of_law.evidence(fitted));
+    /// What such laws leave of its names: of those at one port the likeliest counts, for the others say
+    /// the same in other words. All are judged by one noise, of what the cheapest leaves.
+    fn beside(&self, laws: &[FreeFormLaw]) -> Option<Beside> {
+        let fits = self.named.iter().copied().chain(laws.iter().map(FreeFormLaw::fitted));
+        let cheapest = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        let noise = RivalNoise::left_by(self.problem, &cheapest.residuals);
+        let before = noise.log_score(self.null);
+        let own = |fitted: &&Fitted| noise.evidence((self.null, before), fitted);
+        let within: Vec<f64> = self.named.par_iter().map(own).collect();
+        let best = within.iter().copied().reduce(f64::max)?;
+        let of_law = |law: &FreeFormLaw| {
             let Hypothesis { port, at, .. } = law.curve.candidate.hypothesis;
-            let is_known = alike.iter().any(|known| (known.0.name, known.1) == (port.name, at));
-            if !is_known && of_law.own > within.reduce(|| f64::NEG_INFINITY, f64::max) - DECISIVE {
-                alike.push((port, at));
+            ((port, at), noise.log_score(law.fitted()) - before - law.description())
+        };
+        let mut outside: Vec<(PortAt, f64)> = laws.par_iter().map(of_law).collect();
+        outside.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let mut of_port: Vec<(PortAt, f64)> = Vec::new();
+        for (port, evidence) in outside {
+            if !of_port.iter().any(|((name, at), _)| (name.name, *at) == (port.0.name, port.1)) {
+                of_port.push((port, evidence));
             }
         }
-        if alike.len() > 1 { alike } else { Vec::new() }
+        let weight = |evidence: f64| (evidence - best).exp();
+        let inside: f64 = within.into_iter().map(weight).sum();
+        let all = inside + of_port.iter().map(|(_, evidence)| weight(*evidence)).sum::<f64>();
+        let likeliest = of_port.first().map_or(0.0, |(_, evidence)| *evidence);
+        of_port.retain(|(_, evidence)| *evidence > likeliest - DECISIVE);
+        let ports = of_port.into_iter().map(|(port, _)| port).collect();
+        Some(Beside { share: inside / all, ports })
     }
 
     /// True for a law that does better than all that the library has, and no worse than what fits
@@ -109,8 +127,7 @@ impl<'a> Library<'a> {
     fn judged_by(&self, law: &FreeFormLaw) -> LawEvidence<'_> {
         let noise = RivalNoise::left_by(self.problem, &law.fitted().residuals);
         let before = noise.log_score(self.null);
-        let proposed = hypotheses::all().len() + hypotheses::surfaces().len();
-        let own = noise.log_score(law.fitted()) - before - (proposed as f64).ln();
+        let own = noise.log_score(law.fitted()) - before - law.description();
         LawEvidence { noise, null: self.null, before, own }
     }
 }
@@ -144,8 +161,16 @@ pub(super) struct Outside {
     /// Laws that do better than it and that the logs do not tell apart, the one first that is named;
     /// none where there are no such laws.
     pub better: Vec<FreeFormLaw>,
-    /// Ports at which laws do as well; none where there are no such laws.
-    pub alike: Vec<PortAt>,
+    /// What laws leave of the library's names; `None` where it has none.
+    pub beside: Option<Beside>,
+}
+
+/// What laws outside the library, which are as likely beforehand, leave of its names.
+pub(super) struct Beside {
+    /// Probability of the library's explanations together.
+    pub share: f64,
+    /// Ports at which the likeliest of them act that these logs do not tell apart, best first.
+    pub ports: Vec<PortAt>,
 }
 
 /// Looks for laws that do better than the library. Where no curve is enough, and where one was found,
@@ -158,10 +183,10 @@ pub(super) fn free_form_laws(
     let goal = library.goal();
     let ports = ports(context);
     let found = laws(context, &curves(context, &ports), goal, (progress, [0.0, 0.3]));
-    let alike = library.ports_alike(&found);
+    let beside = library.beside(&found);
     let of_one = first(found, |law| library.is_bettered_by(law));
     if of_one.is_none() && library.within_noise {
-        return Outside { better: Vec::new(), alike };
+        return Outside { better: Vec::new(), beside };
     }
     // What few places promise says little of what more of them bring.
     let found = laws(context, &surfaces(context, &ports), goal, (progress, [0.6, 0.7]));
@@ -169,7 +194,7 @@ pub(super) fn free_form_laws(
     let is_better = |law: &FreeFormLaw| {
         library.is_bettered_by(law) && of_curve.is_none_or(|curve| law.betters(context, curve))
     };
-    Outside { better: first(found, is_better).or(of_one).unwrap_or_default(), alike }
+    Outside { better: first(found, is_better).or(of_one).unwrap_or_default(), beside }
 }
 
 /// The laws with the first one that is as asked before all others; `None` where there is none.
@@ -213,6 +238,15 @@ impl FreeFormLaw {
     pub(crate) fn fitted(&self) -> &Fitted {
         let formula = self.formula.as_ref().filter(|_| self.is_formula);
         formula.map_or(&self.curve.fitted, |law| &law.fitted)
+    }
+
+    /// The logarithm of how many laws are proposed, nats: free curves and surfaces, each formula in their
+    /// place, and its shapes.
+    fn description(&self) -> f64 {
+        let of = |all: Vec<Hypothesis>| all.iter().map(grammar::descriptions).sum::<usize>();
+        let proposed = of(hypotheses::all()) + of(hypotheses::surfaces());
+        let formula = self.formula.as_ref().filter(|_| self.is_formula);
+        (proposed as f64).ln() + formula.map_or(0.0, |formula| formula.shape_price(&self.curve))
     }
 
     /// True where it predicts more than another law by more than chance.

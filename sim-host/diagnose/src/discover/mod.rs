@@ -35,7 +35,7 @@ use crate::gate::may_be_named;
 use crate::rules::{self, score};
 use context::DiscoveryContext;
 use curve::FittedCurve;
-use laws::{FreeFormLaw, Library, Outside, curves_that_lower_cost, free_form_laws};
+use laws::{Beside, FreeFormLaw, Library, Outside, curves_that_lower_cost, free_form_laws};
 use rayon::prelude::*;
 use trueweld_estimate::fit::calibration::is_calibration;
 use trueweld_estimate::fit::{self, EffectScope, FitProblem, Fitted, SchurComplement};
@@ -170,13 +170,16 @@ pub fn discover(
     let (eliminated, id) = (&eliminated, free_name(&problem.known, &[]));
     let context = DiscoveryContext { problem, logs, blocks: &blocks, null, eliminated, id: &id };
     let library = Library::of(problem, &diagnosed);
-    let Outside { better, alike } = free_form_laws(&context, &library, progress);
+    let Outside { better, beside } = free_form_laws(&context, &library, progress);
     match with_law(&context, &diagnosed, &better, progress) {
         Some((with_law, discovery)) => (with_law, vec![discovery]),
-        None if alike.is_empty() => (diagnosed, Vec::new()),
         None => {
             let Diagnosed { diagnosis, fits } = diagnosed;
-            (Diagnosed { diagnosis: diagnosis.beside_outside(alike), fits }, Vec::new())
+            let diagnosis = match beside {
+                Some(Beside { share, ports }) => diagnosis.beside_outside(share, ports),
+                None => diagnosis,
+            };
+            (Diagnosed { diagnosis, fits }, Vec::new())
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::compare::ResidualFinding;
 use super::discover::{DiscoveredLaw, PortPlace};
-use super::effects::{EffectAndPlace, EffectCurveData, FittedEffectValues};
+use super::effects::{EffectCurveData, EffectPlace, FittedEffectValues};
 use super::error::ChannelErrorFigures;
 use super::log_fault::FileMistake;
 use super::mountings::LinkMountings;
@@ -63,8 +63,8 @@ result! {
         /// Laws outside the library that were found; then the score after is with the first of them.
         #[serde(default)]
         discovered: Vec<DiscoveredLaw> = DiscoveredLaw::all(report.discovered, robot),
-        /// Where laws outside the library explain the logs as well: several ports, which the logs do not tell
-        /// apart, or none.
+        /// Ports at which laws outside the library explain the logs about as well, where the library's
+        /// explanations are too uncertain beside them to be named.
         #[serde(default)]
         ports_alike: Vec<PortPlace> =
             diagnosis.ports_alike.iter().map(|port| PortPlace::of(*port, robot)).collect(),
@@ -128,8 +128,8 @@ result! {
         /// Share of what is above the noise floor that it leaves.
         left: Option<f64> = finite(candidate.left),
         /// Effects that the data do not tell from it.
-        indistinguishable: Vec<EffectAndPlace> =
-            candidate.others(all).iter().map(|e| EffectAndPlace::of(e.place(), robot)).collect(),
+        indistinguishable: Vec<EffectPlace> =
+            candidate.others(all).iter().map(|e| EffectPlace::of(e.place(), robot)).collect(),
         /// The same in words.
         explanation: String = reason.map_or(String::new(), told),
         /// The curve that shows the first of its effects that has one.
@@ -189,8 +189,8 @@ result! {
 result! {
     /// Two effects that the logs hardly tell apart.
     ConfusablePair of (pair: &Confusable, robot: &RobotFile) {
-        first: EffectAndPlace = EffectAndPlace::of(pair.first, robot),
-        second: EffectAndPlace = EffectAndPlace::of(pair.second, robot),
+        first: EffectPlace = EffectPlace::of(pair.first, robot),
+        second: EffectPlace = EffectPlace::of(pair.second, robot),
         /// Correlation of what they do to the measurements.
         alike: Option<f64> = finite(pair.alike),
         /// From so many times the detection limit on they are told apart.

@@ -7,12 +7,12 @@ use trueweld_diagnose::FittedEffect;
 use trueweld_diagnose::evidence::EffectCurve;
 use trueweld_estimate::residuals::compare::LogComparison;
 use trueweld_estimate::residuals::localize::ConditionBin;
-use trueweld_plant::effects::EffectPlace;
+use trueweld_plant::effects;
 use trueweld_plant::input::RobotFile;
 
 result! {
     /// An effect and what it is at: a joint, an instrument, or nothing for the whole cell.
-    EffectAndPlace of (place: EffectPlace, robot: &RobotFile) {
+    EffectPlace of (place: effects::EffectPlace, robot: &RobotFile) {
         effect: &'static str = place.kind.id,
         at: String = place.at.name(robot).to_owned(),
     }

@@ -2,7 +2,7 @@
 
 use super::compare::ResidualFinding;
 use super::discover::DiscoveredLaw;
-use super::effects::{EffectAndPlace, FittedEffectValues};
+use super::effects::{EffectPlace, FittedEffectValues};
 use super::error::ChannelErrorFigures;
 use super::log_fault::FileMistake;
 use super::register::RegisteredTracker;
@@ -121,8 +121,8 @@ result! {
             FittedEffectValues::calibrations(&step.calibration, robot, before),
         /// Effects that the data do not tell from those that it added.
         #[serde(default)]
-        indistinguishable: Vec<EffectAndPlace> =
-            others.map(|e| EffectAndPlace::of(e.place(), robot)).collect(),
+        indistinguishable: Vec<EffectPlace> =
+            others.map(|e| EffectPlace::of(e.place(), robot)).collect(),
     }
 }
 

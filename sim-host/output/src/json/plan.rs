@@ -1,7 +1,7 @@
 //! What experiments would show.
 
 use super::diagnose::{ConfusablePair, DetectionLimit};
-use super::effects::EffectAndPlace;
+use super::effects::EffectPlace;
 use super::result;
 use crate::{PlanReport, RecordedLog};
 use trueweld_diagnose::ShownEffect;
@@ -22,8 +22,8 @@ result! {
         shown: Vec<DetectableEffect> =
             shown.iter().map(|shown| DetectableEffect::of(shown, report)).collect(),
         /// Effects of which they would show nothing, at any plausible size.
-        not_shown: Vec<EffectAndPlace> =
-            not_shown.map(|effect| EffectAndPlace::of(*effect, robot)).collect(),
+        not_shown: Vec<EffectPlace> =
+            not_shown.map(|effect| EffectPlace::of(*effect, robot)).collect(),
         /// Effects that they would hardly tell apart.
         confusable: Vec<ConfusablePair> =
             confusable.iter().map(|pair| ConfusablePair::of(pair, robot)).collect(),

@@ -276,11 +276,18 @@ pub(crate) fn verdict(
         }
         (DiagnosisVerdict::UnknownEffect, ..) if !diagnosis.ports_alike.is_empty() => {
             let laws = diagnosis.ports_alike.iter().map(|port| discover::of_port(*port, robot));
+            let laws = listed(&laws.collect::<Vec<_>>(), "or");
+            let within = listed(&tied(diagnosis, robot), "and");
+            let likeliest = match none_of_these(diagnosis) < 0.5 {
+                true => format!(
+                    "likeliest {within}; but a law that no effect here has would explain them about as well: {laws}"
+                ),
+                false => format!(
+                    "likeliest a law that no effect here has: {laws}; of the effects here {within}"
+                ),
+            };
             format!(
-                "Something is missing (score {before}), and these logs do not tell where it acts: likeliest {}; but a law that no effect \
-                 here has would explain them as well: {}.{record}",
-                listed(&tied(diagnosis, robot), "and"),
-                listed(&laws.collect::<Vec<_>>(), "or"),
+                "Something is missing (score {before}), and these logs do not tell what: {likeliest}.{record}"
             )
         }
         (DiagnosisVerdict::UnknownEffect, ..) if diagnosis.is_faint() => {
