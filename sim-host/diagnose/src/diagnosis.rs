@@ -11,7 +11,7 @@ use crate::found::{
 use crate::gate::may_be_named;
 use crate::gross_calibration::gross_calibration;
 use crate::log_evidence::{
-    RivalNoise, exceeds_noise, is_of_library, is_significant, predicts_better,
+    RivalEvidence, exceeds_noise, is_of_library, is_significant, predicts_better,
 };
 use crate::mountings::{self, Mountings};
 use crate::rules::{
@@ -624,10 +624,9 @@ fn weigh(
     let Some(first) = fits.first() else {
         return;
     };
-    let noise_left = RivalNoise::left_by(ctx.problem, &first.residuals);
-    let before = noise_left.log_score(ctx.null);
+    let evidence = RivalEvidence::over(ctx.problem, ctx.null, &first.residuals);
     for (candidate, fitted) in candidates.iter_mut().zip(fits) {
-        candidate.evidence = noise_left.evidence((ctx.null, before), fitted);
+        candidate.evidence = evidence.of(fitted);
     }
     let named = candidates.iter().filter(|c| c.may_be_named);
     let likeliest = named.max_by(|a, b| a.evidence.total_cmp(&b.evidence));

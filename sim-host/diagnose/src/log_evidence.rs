@@ -43,7 +43,7 @@ const STATED_NOISE_ERROR: f64 = 0.03;
 const ESTIMATED_NOISE_ERROR: f64 = 0.25;
 
 /// What rivals are judged by: what one unit of squared residual counts for, by log and value.
-pub(crate) struct RivalNoise<'p> {
+struct RivalNoise<'p> {
     problem: &'p FitProblem,
     blocks: Vec<Vec<u8>>,
     precision: Vec<Vec<f64>>,
@@ -51,7 +51,7 @@ pub(crate) struct RivalNoise<'p> {
 
 impl<'p> RivalNoise<'p> {
     /// Of what the best rival leaves.
-    pub(crate) fn left_by(problem: &'p FitProblem, best: &Residuals) -> Self {
+    fn left_by(problem: &'p FitProblem, best: &Residuals) -> Self {
         Self::at_least(problem, best, |_| 1.0)
     }
 
@@ -98,7 +98,7 @@ impl<'p> RivalNoise<'p> {
     }
 
     /// How well a fit predicts blocks that are left out of it, nats.
-    pub(crate) fn log_score(&self, fitted: &Fitted) -> f64 {
+    fn log_score(&self, fitted: &Fitted) -> f64 {
         fitted.log_score_from_others(&self.blocks, &self.precision)
             + self.not_evidence(&fitted.residuals)
     }
@@ -120,28 +120,48 @@ impl<'p> RivalNoise<'p> {
         };
         -0.5 * at.iter().zip(&self.precision).map(of_log).sum::<f64>()
     }
+}
 
-    /// Evidence for what `fitted` has and `null` has not, nats; with what that predicts blocks by.
-    pub(crate) fn evidence(&self, (null, before): (&Fitted, f64), fitted: &Fitted) -> f64 {
-        self.log_score(fitted) - before - price(self.problem, null, fitted)
+/// Evidence for rivals that have more than one and the same fit, nats.
+pub(crate) struct RivalEvidence<'a> {
+    noise: RivalNoise<'a>,
+    null: &'a Fitted,
+    before: f64,
+}
+
+impl<'a> RivalEvidence<'a> {
+    /// Over `null`, by the noise of what `best` leaves.
+    pub(crate) fn over(problem: &'a FitProblem, null: &'a Fitted, best: &Residuals) -> Self {
+        Self::in_noise(RivalNoise::left_by(problem, best), null)
     }
 
-    fn evidence_over(&self, null: &Fitted, fitted: &Fitted) -> f64 {
-        self.evidence((null, self.log_score(null)), fitted)
+    fn in_noise(noise: RivalNoise<'a>, null: &'a Fitted) -> Self {
+        Self { before: noise.log_score(null), noise, null }
+    }
+
+    /// Evidence for what `fitted` has and the other has not.
+    pub(crate) fn of(&self, fitted: &Fitted) -> f64 {
+        self.gain(fitted) - price(self.noise.problem, self.null, fitted)
+    }
+
+    /// The same before its description is paid for.
+    pub(crate) fn gain(&self, fitted: &Fitted) -> f64 {
+        self.noise.log_score(fitted) - self.before
     }
 }
 
 /// True where a fit with more effects than another explains more than chance makes of any that were
 /// tried, on blocks that were left out.
 pub(crate) fn is_significant(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> bool {
-    RivalNoise::left_by(problem, &fitted.residuals).evidence_over(null, fitted) > DECISIVE
+    RivalEvidence::over(problem, null, &fitted.residuals).of(fitted) > DECISIVE
 }
 
 /// Evidence for what a fit with more effects has more than another, by the noise alone: an accuracy
 /// that is asked for says what matters, not what shows.
 pub(crate) fn evidence_in_noise(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> f64 {
     let of_noise = |c: &Compared| 1.0 - (c.accuracy / c.deviation).powi(2);
-    RivalNoise::at_least(problem, &fitted.residuals, of_noise).evidence_over(null, fitted)
+    let noise = RivalNoise::at_least(problem, &fitted.residuals, of_noise);
+    RivalEvidence::in_noise(noise, null).of(fitted)
 }
 
 /// True where a fit predicts blocks that were left out of it better than another does, or, without
@@ -166,7 +186,7 @@ pub(crate) fn exceeds_noise(problem: &FitProblem, before: &Residuals, after: &Re
 
 /// Description of what one fit has more than another, nats: the logarithm of how many the library
 /// proposes, places and shapes.
-pub(crate) fn price(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> f64 {
+fn price(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> f64 {
     let proposed = screened_kinds(problem).count().max(1) as f64;
     let name = |effect: &Effect| effect.place();
     let mut known: Vec<_> = null.point.shared.iter().map(name).collect();

@@ -2,7 +2,7 @@
 
 use super::confuse::Confusable;
 use super::found::{FittedEffect, found_effects};
-use super::log_evidence::{RivalNoise, evidence_in_noise, is_of_library, is_significant};
+use super::log_evidence::{RivalEvidence, evidence_in_noise, is_of_library, is_significant};
 use super::rules::{self, DECISIVE_FALL, NAMED, noise_excess};
 use super::screen::{ScreenedEffect, Screening, SearchContext, likeliest, screen_again};
 use nalgebra::DVector;
@@ -259,10 +259,8 @@ pub(super) fn evidence_of_each(ctx: &SearchContext<'_>, fits: &[Fitted]) -> Vec<
     let Some(cheapest) = fits.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) else {
         return Vec::new();
     };
-    let noise = RivalNoise::left_by(ctx.problem, &cheapest.residuals);
-    let before = noise.log_score(ctx.null);
-    let of_fit = |fitted: &Fitted| noise.evidence((ctx.null, before), fitted);
-    fits.par_iter().map(of_fit).collect()
+    let evidence = RivalEvidence::over(ctx.problem, ctx.null, &cheapest.residuals);
+    fits.par_iter().map(|fitted| evidence.of(fitted)).collect()
 }
 
 /// The best of the fits of a hypothesis from several starts, each in full as long as it promises to

@@ -9,7 +9,7 @@ use super::screen::{ScreenedCurve, curves, likeliest, ports, surfaces};
 use crate::diagnosis::{
     Diagnosed, DiagnosisFits, DiagnosisVerdict, PortAt, ProgressCallback, fits_anything,
 };
-use crate::log_evidence::{RivalNoise, is_of_library, is_significant, price};
+use crate::log_evidence::{RivalEvidence, is_of_library, is_significant};
 use crate::rules::{self, DECISIVE, NAMED};
 use rayon::prelude::*;
 use trueweld_estimate::fit::{FitProblem, Fitted};
@@ -79,14 +79,12 @@ impl<'a> Library<'a> {
     fn beside(&self, laws: &[FreeFormLaw]) -> Option<Beside> {
         let fits = self.named.iter().copied().chain(laws.iter().map(FreeFormLaw::fitted));
         let cheapest = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-        let noise = RivalNoise::left_by(self.problem, &cheapest.residuals);
-        let before = noise.log_score(self.null);
-        let own = |fitted: &&Fitted| noise.evidence((self.null, before), fitted);
-        let within: Vec<f64> = self.named.par_iter().map(own).collect();
+        let evidence = RivalEvidence::over(self.problem, self.null, &cheapest.residuals);
+        let within: Vec<f64> = self.named.par_iter().map(|fitted| evidence.of(fitted)).collect();
         let best = within.iter().copied().reduce(f64::max)?;
         let of_law = |law: &FreeFormLaw| {
             let Hypothesis { port, at, .. } = law.curve.candidate.hypothesis;
-            ((port, at), noise.log_score(law.fitted()) - before - law.description())
+            ((port, at), law.evidence(&evidence))
         };
         let mut outside: Vec<(PortAt, f64)> = laws.par_iter().map(of_law).collect();
         outside.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -111,49 +109,23 @@ impl<'a> Library<'a> {
     fn is_bettered_by(&self, law: &FreeFormLaw) -> bool {
         let partial = rules::noise_excess(self.problem, &law.fitted().residuals)
             > DISCOVERY_REMAINDER_MAX * self.noise_excess;
-        let of_law = self.judged_by(law);
+        let evidence = RivalEvidence::over(self.problem, self.null, &law.fitted().residuals);
         let to_better = |fitted: &&Fitted| {
-            let evidence = of_law.evidence(fitted);
-            let gain = evidence + price(self.problem, self.null, fitted);
-            needed((evidence, if self.within_noise { gain } else { 0.0 }))
+            needed([evidence.of(fitted), evidence.gain(fitted)], self.within_noise)
         };
         let of_within = self.within.par_iter().map(to_better);
-        let of_anything = self.fit_anything.par_iter().map(|fitted| of_law.evidence(fitted));
+        let of_anything = self.fit_anything.par_iter().map(|fitted| evidence.of(fitted));
         let least = of_within.chain(of_anything).reduce(|| DECISIVE, f64::max);
-        !partial && of_law.own > least && (!self.adequate || is_of_library(of_law.own) >= NAMED)
-    }
-
-    /// A law beside the library, by the noise that it leaves.
-    fn judged_by(&self, law: &FreeFormLaw) -> LawEvidence<'_> {
-        let noise = RivalNoise::left_by(self.problem, &law.fitted().residuals);
-        let before = noise.log_score(self.null);
-        let own = noise.log_score(law.fitted()) - before - law.description();
-        LawEvidence { noise, null: self.null, before, own }
-    }
-}
-
-/// What the noise that a law leaves says of it, and of others.
-struct LawEvidence<'a> {
-    noise: RivalNoise<'a>,
-    null: &'a Fitted,
-    /// How well the calibrations alone predict.
-    before: f64,
-    /// Evidence for the law, nats.
-    own: f64,
-}
-
-impl LawEvidence<'_> {
-    /// Evidence for an explanation of the library, nats.
-    fn evidence(&self, fitted: &Fitted) -> f64 {
-        self.noise.evidence((self.null, self.before), fitted)
+        let own = law.evidence(&evidence);
+        !partial && own > least && (!self.adequate || is_of_library(own) >= NAMED)
     }
 }
 
 /// The evidence that a law needs beside an explanation with so much of it, which predicts by so much
-/// better than calibrations: more than chance, and, where that leaves nothing which stands out, more than
-/// what no prediction is exact to.
-fn needed((evidence, gain): (f64, f64)) -> f64 {
-    evidence + DECISIVE.max(HOLDS * gain)
+/// better than calibrations: more than chance, and, where that leaves nothing which stands out of the
+/// noise, more than what no prediction is exact to.
+fn needed([evidence, gain]: [f64; 2], within_noise: bool) -> f64 {
+    evidence + if within_noise { DECISIVE.max(HOLDS * gain) } else { DECISIVE }
 }
 
 /// What was found outside the library.
@@ -240,6 +212,11 @@ impl FreeFormLaw {
         formula.map_or(&self.curve.fitted, |law| &law.fitted)
     }
 
+    /// Evidence for it, nats.
+    fn evidence(&self, over: &RivalEvidence<'_>) -> f64 {
+        over.gain(self.fitted()) - self.description()
+    }
+
     /// The logarithm of how many laws are proposed, nats: free curves and surfaces, each formula in their
     /// place, and its shapes.
     fn description(&self) -> f64 {
@@ -252,11 +229,10 @@ impl FreeFormLaw {
     /// True where it predicts more than another law by more than chance.
     fn betters(&self, context: &DiscoveryContext<'_>, other: &Self) -> bool {
         let DiscoveryContext { problem, null, .. } = *context;
-        let noise = RivalNoise::left_by(problem, &self.fitted().residuals);
-        let null = noise.log_score(null);
-        let [own, gain] = [self, other].map(|law| noise.log_score(law.fitted()) - null);
+        let evidence = RivalEvidence::over(problem, null, &self.fitted().residuals);
+        let [own, gain] = [self, other].map(|law| evidence.gain(law.fitted()));
         let within_noise = rules::within_noise(problem, &other.fitted().residuals);
-        own > needed((gain, if within_noise { gain } else { 0.0 }))
+        own > needed([gain, gain], within_noise)
     }
 }
 
