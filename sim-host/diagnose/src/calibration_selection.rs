@@ -160,21 +160,13 @@ fn in_all_logs(point: &FitState, groups: &mut Vec<CalibrationGroup>) -> Vec<Vec<
     sums
 }
 
-/// Keeps of the calibrations those that count, then refits. How links are mounted comes last, for
-/// what the others explain: its many values bend to a little of everything. Calibrations that are
-/// the same in all logs become one for all. Gives the groups kept.
-pub(crate) fn select_calibrations(
-    problem: &FitProblem,
-    blocks: &[Vec<u8>],
-    fitted: &Fitted,
-) -> (Fitted, Vec<EffectPlace>) {
-    let point = &fitted.point;
-    let mut groups: Vec<CalibrationGroup> = Vec::new();
-    let mut kept: Vec<usize> = Vec::new();
+/// The values that no calibration has, and the calibrations by place.
+fn grouped(point: &FitState) -> (Vec<usize>, Vec<CalibrationGroup>) {
+    let (mut others, mut groups): (Vec<usize>, Vec<CalibrationGroup>) = (Vec::new(), Vec::new());
     for (k, free) in point.free.iter().enumerate() {
         let effect = point.effect(free.of);
         let Some(calibration) = effect.kind.calibration else {
-            kept.push(k);
+            others.push(k);
             continue;
         };
         let name = effect.place();
@@ -187,109 +179,152 @@ pub(crate) fn select_calibrations(
             }),
         }
     }
-    let choices = groups.len();
-    let sums = in_all_logs(point, &mut groups);
-    let linear = fitted.linear.with_sums(&sums);
-    let Some((cost, step)) = linear.with_only(&kept) else {
-        return (fitted.clone(), Vec::new());
-    };
-    let (mut mounting, mut other): (Vec<CalibrationGroup>, Vec<CalibrationGroup>) =
-        groups.into_iter().partition(|g| g.of_postures);
-    let price = CalibrationPrice::new(fitted, choices);
-    let mut choice = Choice { linear: &linear, price, kept, names: Vec::new(), cost, step };
-    choice.add(&mut other);
-    choice.add(&mut mounting);
-    choice.drop_spare();
-    let Choice { mut kept, names, cost, mut step, .. } = choice;
-    let mut names: Vec<EffectPlace> = names.into_iter().map(|g| g.name).collect();
-    if drop_unknown(point, &linear, &mut kept) {
-        (_, step) = linear.with_only(&kept).unwrap_or((cost, step));
-    }
-    // One for all logs is each log's own.
-    for (sum, values) in sums.iter().enumerate().map(|(k, values)| (point.free.len() + k, values)) {
-        values.iter().for_each(|k| step[*k] += step[sum]);
-        if kept.contains(&sum) {
-            kept.extend(values);
+    (others, groups)
+}
+
+/// Values of a fit that are kept, the calibrations that these are of, and the step to where the sum of
+/// squares is least with these alone.
+struct Kept {
+    values: Vec<usize>,
+    names: Vec<EffectPlace>,
+    step: DVector<f64>,
+}
+
+impl Kept {
+    /// By the slopes of the fit; `None` where these do not determine what is no calibration.
+    fn of(fitted: &Fitted) -> Option<Self> {
+        let point = &fitted.point;
+        let (kept, mut groups) = grouped(point);
+        let price = CalibrationPrice::new(fitted, groups.len());
+        let sums = in_all_logs(point, &mut groups);
+        let linear = fitted.linear.with_sums(&sums);
+        let (cost, step) = linear.with_only(&kept)?;
+        let (mut mounting, mut other): (Vec<CalibrationGroup>, Vec<CalibrationGroup>) =
+            groups.into_iter().partition(|g| g.of_postures);
+        let mut choice = Choice { linear: &linear, price, kept, names: Vec::new(), cost, step };
+        choice.add(&mut other);
+        choice.add(&mut mounting);
+        choice.drop_spare();
+        let Choice { kept: mut values, names, cost, mut step, .. } = choice;
+        if drop_unknown(point, &linear, &mut values) {
+            (_, step) = linear.with_only(&values).unwrap_or((cost, step));
         }
-    }
-    kept.retain(|k| *k < point.free.len());
-    let step = step.rows(0, point.free.len()).into_owned();
-    let is_kept = |name: EffectPlace, parameter: usize| {
-        let mut free = kept.iter().map(|k| &point.free[*k]);
-        free.any(|f| point.effect(f.of).place() == name && f.parameter == parameter)
-    };
-    names.retain(|name| (0..name.kind.parameters.len()).any(|k| is_kept(*name, k)));
-    let all = point.moved(&step);
-    let expected = |name: EffectPlace| {
-        let mut free = point.free.iter().map(|free| free.of);
-        let of = free.find(|of| point.effect(*of).place() == name);
-        of.map_or(Vec::new(), |of| point.expected(of))
-    };
-    let mut reduced = FitState::empty(problem.logs.len());
-    // Effects first, then what is kept of the calibrations.
-    for i in effects_of(fitted) {
-        reduced.add(point.shared[i].clone());
-    }
-    for free in point.free.iter().filter(|f| f.parameter == 0) {
-        let effect = point.effect(free.of);
-        if let (EffectScope::Log(log, _), false) = (free.of, is_calibration(effect.kind)) {
-            reduced.add_to_log(log, effect.clone(), &vec![f64::INFINITY; effect.values.len()]);
+        // One for all logs is each log's own.
+        let own = point.free.len();
+        for (sum, of_logs) in sums.iter().enumerate().map(|(k, of_logs)| (own + k, of_logs)) {
+            of_logs.iter().for_each(|k| step[*k] += step[sum]);
+            if values.contains(&sum) {
+                values.extend(of_logs);
+            }
         }
-    }
-    for name in &names {
-        let own = all.shared.iter().chain(all.per_log.iter().flatten());
-        let own: Vec<&Effect> = own.filter(|e| e.place() == *name).collect();
-        let mean = (0..own[0].values.len())
-            .map(|v| own.iter().map(|e| e.values[v]).sum::<f64>() / own.len() as f64)
-            .collect();
-        let known = expected(*name).into_iter().enumerate();
-        let known: Vec<f64> = known.map(|(k, e)| if is_kept(*name, k) { e } else { 0.0 }).collect();
-        reduced.add_expected(Effect { values: mean, ..own[0].clone() }, &known);
-    }
-    let refit = |point: &FitState, known: &[Slopes]| {
-        fit::fit(problem, point, blocks, known, SolverOptions::full(0)).ok()
-    };
-    let known: Vec<Slopes> = reduced
-        .free
-        .iter()
-        .map_while(|free| slopes_of(&reduced, free, (&fitted.point, &fitted.slopes)))
-        .collect();
-    let Some(common) = refit(&reduced, &known) else {
-        return (fitted.clone(), names);
-    };
-    // One for all, unless each log having its own brings what its values cost.
-    let mut apart = common.point.clone();
-    let mut split = false;
-    for name in &names {
-        let Some(i) = apart.shared.iter().position(|e| e.place() == *name) else {
-            continue;
+        values.retain(|k| *k < own);
+        let mut names: Vec<EffectPlace> = names.into_iter().map(|group| group.name).collect();
+        let any = |name: &EffectPlace| {
+            (0..name.kind.parameters.len()).any(|k| is_among(point, &values, *name, k))
         };
-        let logs: Vec<usize> = (0..problem.logs.len())
-            .filter(|l| point.per_log[*l].iter().any(|e| e.place() == *name))
-            .collect();
-        if logs.len() < 2 {
-            continue;
-        }
-        let effect = apart.shared[i].clone();
-        apart.shared[i] = effect.kind.neutral(effect.at);
-        apart.free.retain(|f| f.of != EffectScope::Shared(i));
-        for log in &logs {
-            apart.add_to_log(*log, effect.clone(), &expected(*name));
-        }
-        split = true;
+        names.retain(any);
+        Some(Self { values, names, step: step.rows(0, own).into_owned() })
     }
-    let known: Vec<Slopes> = apart
-        .free
-        .iter()
-        .map_while(|free| slopes_of(&apart, free, (&common.point, &common.slopes)))
-        .collect();
-    if split && let Some(apart) = refit(&apart, &known) {
+
+    /// The point with these alone, those of several logs one for all: effects first, then calibrations.
+    fn common(&self, fitted: &Fitted) -> FitState {
+        let point = &fitted.point;
+        let mut common = FitState::empty(point.per_log.len());
+        for i in effects_of(fitted) {
+            common.add(point.shared[i].clone());
+        }
+        for free in point.free.iter().filter(|f| f.parameter == 0) {
+            let effect = point.effect(free.of);
+            if let (EffectScope::Log(log, _), false) = (free.of, is_calibration(effect.kind)) {
+                common.add_to_log(log, effect.clone(), &vec![f64::INFINITY; effect.values.len()]);
+            }
+        }
+        let all = point.moved(&self.step);
+        for name in &self.names {
+            let own = all.shared.iter().chain(all.per_log.iter().flatten());
+            let own: Vec<&Effect> = own.filter(|e| e.place() == *name).collect();
+            let mean = (0..own[0].values.len())
+                .map(|v| own.iter().map(|e| e.values[v]).sum::<f64>() / own.len() as f64)
+                .collect();
+            let known = expected(point, *name).into_iter().enumerate();
+            let known: Vec<f64> = known
+                .map(|(k, e)| if is_among(point, &self.values, *name, k) { e } else { 0.0 })
+                .collect();
+            common.add_expected(Effect { values: mean, ..own[0].clone() }, &known);
+        }
+        common
+    }
+
+    /// The same with those of several logs each log's own again; `None` where there are none.
+    fn apart(&self, point: &FitState, common: &FitState) -> Option<FitState> {
+        let mut apart = common.clone();
+        let mut any = false;
+        for name in &self.names {
+            let Some(i) = apart.shared.iter().position(|e| e.place() == *name) else { continue };
+            let logs: Vec<usize> = (0..point.per_log.len())
+                .filter(|l| point.per_log[*l].iter().any(|e| e.place() == *name))
+                .collect();
+            if logs.len() < 2 {
+                continue;
+            }
+            let effect = apart.shared[i].clone();
+            apart.shared[i] = effect.kind.neutral(effect.at);
+            apart.free.retain(|f| f.of != EffectScope::Shared(i));
+            for log in &logs {
+                apart.add_to_log(*log, effect.clone(), &expected(point, *name));
+            }
+            any = true;
+        }
+        any.then_some(apart)
+    }
+}
+
+/// True where a parameter of an effect is among some free values of a point.
+fn is_among(point: &FitState, values: &[usize], name: EffectPlace, parameter: usize) -> bool {
+    let mut free = values.iter().map(|k| &point.free[*k]);
+    free.any(|f| point.effect(f.of).place() == name && f.parameter == parameter)
+}
+
+/// What is expected of a calibration of a point.
+fn expected(point: &FitState, name: EffectPlace) -> Vec<f64> {
+    let mut free = point.free.iter().map(|free| free.of);
+    let of = free.find(|of| point.effect(*of).place() == name);
+    of.map_or(Vec::new(), |of| point.expected(of))
+}
+
+/// A point fitted with the slopes known from a fit near it.
+fn refit_near(
+    problem: &FitProblem,
+    blocks: &[Vec<u8>],
+    point: &FitState,
+    near: &Fitted,
+) -> Option<Fitted> {
+    let slopes = |free| slopes_of(point, free, (&near.point, &near.slopes));
+    let known: Vec<Slopes> = point.free.iter().map_while(slopes).collect();
+    fit::fit(problem, point, blocks, &known, SolverOptions::full(0)).ok()
+}
+
+/// Keeps of the calibrations those that count, then refits. How links are mounted comes last, for
+/// what the others explain: its many values bend to a little of everything. Calibrations that are
+/// the same in all logs become one for all, unless each log having its own brings what its values
+/// cost. Gives those kept.
+pub(crate) fn select_calibrations(
+    problem: &FitProblem,
+    blocks: &[Vec<u8>],
+    fitted: &Fitted,
+) -> (Fitted, Vec<EffectPlace>) {
+    let Some(kept) = Kept::of(fitted) else { return (fitted.clone(), Vec::new()) };
+    let Some(common) = refit_near(problem, blocks, &kept.common(fitted), fitted) else {
+        return (fitted.clone(), kept.names);
+    };
+    let apart = kept.apart(&fitted.point, &common.point);
+    let apart = apart.and_then(|apart| refit_near(problem, blocks, &apart, &common));
+    let counts = |apart: &Fitted| {
         let more = apart.point.free.len().saturating_sub(common.point.free.len());
-        if common.cost - apart.cost > CalibrationPrice::new(fitted, 1).of(more) {
-            return drop_insignificant(problem, blocks, (apart, names));
-        }
-    }
-    drop_insignificant(problem, blocks, (common, names))
+        common.cost - apart.cost > CalibrationPrice::new(fitted, 1).of(more)
+    };
+    let best = apart.filter(counts).unwrap_or(common);
+    drop_insignificant(problem, blocks, (best, kept.names))
 }
 
 /// The fit without those calibrations whose intervals all hold nothing, the least sure first: those
@@ -320,13 +355,10 @@ pub(super) fn drop_insignificant(
             point.add_to_log(log, effect.clone(), &expected);
         }
     }
-    let slopes = point.free.iter();
-    let known: Vec<Slopes> =
-        slopes.map_while(|free| slopes_of(&point, free, (&fitted.point, &fitted.slopes))).collect();
     let values = fitted.point.free.len() - point.free.len();
     let price = CalibrationPrice::new(&fitted, names.len() + 1).of(values);
-    match fit::fit(problem, &point, blocks, &known, SolverOptions::full(0)) {
-        Ok(fewer) if fewer.cost - fitted.cost < price => {
+    match refit_near(problem, blocks, &point, &fitted) {
+        Some(fewer) if fewer.cost - fitted.cost < price => {
             drop_insignificant(problem, blocks, (fewer, names))
         }
         _ => {
