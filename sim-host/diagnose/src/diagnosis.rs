@@ -2,7 +2,7 @@
 
 use crate::calibration_selection::{self, select_calibrations};
 use crate::confuse::{self, Confusable};
-use crate::equivalent_calibrations;
+use crate::equivalent_calibrations::{self, equivalent_calibrations};
 use crate::errors::{DiagnosisErrors, errors_from_others, errors_of};
 use crate::found::{
     FittedEffect, effects_of, found, found_beside, found_by_what_is_left, found_over,
@@ -460,19 +460,7 @@ fn conclude(
     let (improved, kept) = improved_by(problem, blocks, best);
     let better = predicts_better(problem, before, None, &improved);
     let mut stands = better;
-    let kept: Vec<_> =
-        kept.into_iter().filter(|name| !is_of_registration(problem, name.kind)).collect();
-    // By what is left out, and by what no model explains, whichever says less of them.
-    let mut calibration = found_beside(problem, &improved, best, |_| true);
-    for (found, weighed) in
-        calibration.iter_mut().zip(found_by_what_is_left(problem, blocks, &improved))
-    {
-        for (own, other) in found.interval.iter_mut().zip(weighed.interval) {
-            *own = [own[0].min(other[0]), own[1].max(other[1])];
-        }
-    }
-    calibration.retain(|found| is_calibration(found.effect.kind));
-
+    let calibration = found_calibrations(problem, blocks, (&improved, best));
     let candidate = |fitted: &Fitted| {
         let effects = found_over(problem, null, fitted);
         let candidate = Candidate::new(problem, fitted, effects, [score_before, excess]);
@@ -483,52 +471,15 @@ fn conclude(
     candidates.sort_by_key(|(candidate, _)| !candidate.may_be_named);
     // What it costs to say nothing where a calibration is the answer: with none.
     let mut nothing = None;
-    // A single calibration that is all there is to say is the answer, or the one that is no
-    // calibration any more. Where each log has its own it is the laboratory's doing, not the cell's.
-    let beyond: Vec<&FittedEffect> = calibration.iter().filter(|f| f.is_implausible()).collect();
-    let answer = match (kept.as_slice(), beyond.as_slice()) {
-        ([only], _) => {
-            let given = fit::chi_square(before);
-            Some((*only, without_calibration(null, *only).map_or(given, |cost| cost.min(given))))
-        }
-        (_, [only]) => Some((only.effect.place(), held)),
-        _ => None,
-    };
-    if let Some((name, without)) = answer
-        && verdict == DiagnosisVerdict::Adequate
-        && !improved.point.per_log.iter().flatten().any(|e| e.place() == name)
-        && !problem.per_log.iter().any(|own| own.stated.place() == name)
+    if verdict == DiagnosisVerdict::Adequate
         && better
         && exceeds_noise(problem, before, &improved.residuals)
-        && calibration.iter().any(|f| f.effect.place() == name && f.is_told_from_nothing())
+        && let Some((name, without)) = single_calibration(ctx, (before, held), &kept, &calibration)
+        && !improved.point.per_log.iter().flatten().any(|e| e.place() == name)
     {
         verdict = DiagnosisVerdict::EffectFound;
         nothing = Some(without);
-        // What was tried beside all calibrations has no place beside one of them: none of it
-        // counts.
-        let given = [score_before, excess_chi_square(problem, before).max(1.0)];
-        let of_calibration = |fitted: &Fitted, mut effects: Vec<FittedEffect>| {
-            let may_be_named = effects.iter().any(FittedEffect::is_told_from_nothing);
-            effects.truncate(1);
-            let candidate = Candidate::new(problem, fitted, effects, given);
-            (Candidate { may_be_named, ..candidate }, fitted.clone())
-        };
-        let is_it =
-            |fitted: &Fitted, name: EffectPlace, of| fitted.point.effect(of).place() == name;
-        let named = found_beside(problem, &improved, best, |of| is_it(&improved, name, of));
-        let others = equivalent_calibrations::equivalent_calibrations(
-            problem,
-            blocks,
-            (null, &improved),
-            name,
-        );
-        let others = others.iter().map(|(name, fitted)| {
-            let mut other = found(problem, fitted, |of| is_it(fitted, *name, of));
-            equivalent_calibrations::share(&named, &mut other);
-            of_calibration(fitted, other)
-        });
-        candidates = others.collect();
-        candidates.insert(0, of_calibration(&improved, named));
+        candidates = calibration_candidates(ctx, before, (&improved, best), name);
     }
     let (mut candidates, fits): (Vec<Candidate>, Vec<Fitted>) = candidates.into_iter().unzip();
     weigh(ctx, (&mut candidates, &fits), nothing, verdict);
@@ -583,6 +534,78 @@ fn conclude(
         improved,
     };
     (Diagnosed { diagnosis, fits }, stands)
+}
+
+/// The calibrations of an improved model, with intervals by what is left out, and by what no model
+/// explains, whichever says less of them. `best`: with all calibrations free.
+fn found_calibrations(
+    problem: &FitProblem,
+    blocks: &[Vec<u8>],
+    (improved, best): (&Fitted, &Fitted),
+) -> Vec<FittedEffect> {
+    let mut calibration = found_beside(problem, improved, best, |_| true);
+    let weighed = found_by_what_is_left(problem, blocks, improved);
+    for (found, weighed) in calibration.iter_mut().zip(weighed) {
+        for (own, other) in found.interval.iter_mut().zip(weighed.interval) {
+            *own = [own[0].min(other[0]), own[1].max(other[1])];
+        }
+    }
+    calibration.retain(|found| is_calibration(found.effect.kind));
+    calibration
+}
+
+/// The calibration that is all there is to say, of those that were kept the only one, or the one that is
+/// no calibration any more; and what it costs to say nothing. Where each log has its own it is the
+/// laboratory's doing, not the cell's.
+fn single_calibration(
+    ctx: &SearchContext<'_>,
+    (before, held): (&Residuals, f64),
+    kept: &[EffectPlace],
+    calibration: &[FittedEffect],
+) -> Option<(EffectPlace, f64)> {
+    let SearchContext { problem, null, .. } = *ctx;
+    let mut kept = kept.iter().filter(|name| !is_of_registration(problem, name.kind));
+    let mut beyond = calibration.iter().filter(|f| f.is_implausible());
+    let (name, without) = match (kept.next(), kept.next(), beyond.next(), beyond.next()) {
+        (Some(only), None, ..) => {
+            let given = fit::chi_square(before);
+            (*only, without_calibration(null, *only).map_or(given, |cost| cost.min(given)))
+        }
+        (.., Some(only), None) => (only.effect.place(), held),
+        _ => return None,
+    };
+    let is_told = |f: &FittedEffect| f.effect.place() == name && f.is_told_from_nothing();
+    let is_of_log = problem.per_log.iter().any(|own| own.stated.place() == name);
+    (calibration.iter().any(is_told) && !is_of_log).then_some((name, without))
+}
+
+/// That calibration as the explanation, and those that the logs do not tell from it. What was tried
+/// beside all calibrations has no place beside one of them: none of it counts.
+fn calibration_candidates(
+    ctx: &SearchContext<'_>,
+    before: &Residuals,
+    (improved, best): (&Fitted, &Fitted),
+    name: EffectPlace,
+) -> Vec<(Candidate, Fitted)> {
+    let SearchContext { problem, blocks, null, .. } = *ctx;
+    let given = [score(before), excess_chi_square(problem, before).max(1.0)];
+    let of_calibration = |fitted: &Fitted, mut effects: Vec<FittedEffect>| {
+        let may_be_named = effects.iter().any(FittedEffect::is_told_from_nothing);
+        effects.truncate(1);
+        let candidate = Candidate::new(problem, fitted, effects, given);
+        (Candidate { may_be_named, ..candidate }, fitted.clone())
+    };
+    let is_it = |fitted: &Fitted, name: EffectPlace, of| fitted.point.effect(of).place() == name;
+    let named = found_beside(problem, improved, best, |of| is_it(improved, name, of));
+    let others = equivalent_calibrations(problem, blocks, (null, improved), name);
+    let others = others.iter().map(|(name, fitted)| {
+        let mut other = found(problem, fitted, |of| is_it(fitted, *name, of));
+        equivalent_calibrations::share(&named, &mut other);
+        of_calibration(fitted, other)
+    });
+    let mut candidates: Vec<(Candidate, Fitted)> = others.collect();
+    candidates.insert(0, of_calibration(improved, named));
+    candidates
 }
 
 /// The fit with those calibrations alone that count beside its effects, and their names.
