@@ -130,6 +130,22 @@ fn an_effect_that_another_one_does_without_and_better_leaves_its_place_to_it() {
 
 #[test]
 #[ignore = "release checklist"]
+fn an_effect_that_a_law_outside_the_library_does_better_than_is_not_named() {
+    // Friction that fades with time, which a friction of the library does nearly as well.
+    let judged = of_corpus(10331, 353, &Protocol::short());
+    assert_eq!(judged.verdict, DiagnosisVerdict::UnknownEffect.name(), "{judged:#?}");
+}
+
+#[test]
+#[ignore = "release checklist"]
+fn an_effect_that_laws_with_a_longer_description_do_as_well_as_is_named() {
+    // Friction by load at A2: laws of friction and of what the motor reads do about as well.
+    let judged = of_corpus(10331, 278, &Protocol::short());
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+}
+
+#[test]
+#[ignore = "release checklist"]
 fn what_laws_at_several_ports_explain_as_well_is_not_named() {
     // A cable that pulls at A1's link: the joint passes each angle once, so that three frictions of the
     // library do as well, as do laws of the link's torque, of friction and of what the motor reads.

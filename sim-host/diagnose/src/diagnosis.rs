@@ -178,12 +178,14 @@ impl Diagnosis {
         ExplainedPart::of(self.verdict, self.chosen > 0 || calibrated)
     }
 
-    /// The same diagnosis where laws outside the library leave this share of what is named in it; with
-    /// the ports of these where that is too little for a name.
-    pub(crate) fn beside_outside(mut self, share: f64, ports_alike: Vec<PortAt>) -> Self {
-        self.candidates.iter_mut().for_each(|candidate| candidate.probability *= share);
+    /// The same diagnosis where laws outside the library leave what is named in it no more than this
+    /// probability; with the ports of these where that is too little for a name. Those laws and what is
+    /// never seen of others are not counted twice.
+    pub(crate) fn beside_outside(mut self, most: f64, ports_alike: Vec<PortAt>) -> Self {
         let any: f64 = self.candidates.iter().map(|candidate| candidate.probability).sum();
-        match any < NAMED {
+        let share = (most / any).min(1.0);
+        self.candidates.iter_mut().for_each(|candidate| candidate.probability *= share);
+        match any * share < NAMED {
             true => Self { verdict: DiagnosisVerdict::UnknownEffect, ports_alike, ..self },
             false => self,
         }

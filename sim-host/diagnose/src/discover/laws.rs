@@ -76,7 +76,7 @@ impl<'a> Library<'a> {
 
     /// What such laws leave of its names: of those at one port the likeliest counts, for the others say
     /// the same in other words. All are judged by one noise, of what the cheapest leaves.
-    fn beside(&self, laws: &[FreeFormLaw]) -> Option<Beside> {
+    fn beside(&self, laws: &[FreeFormLaw]) -> Option<LibraryShare> {
         let fits = self.named.iter().copied().chain(laws.iter().map(FreeFormLaw::fitted));
         let cheapest = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
         let evidence = RivalEvidence::over(self.problem, self.null, &cheapest.residuals);
@@ -100,7 +100,7 @@ impl<'a> Library<'a> {
         let likeliest = of_port.first().map_or(0.0, |(_, evidence)| *evidence);
         of_port.retain(|(_, evidence)| *evidence > likeliest - DECISIVE);
         let ports = of_port.into_iter().map(|(port, _)| port).collect();
-        Some(Beside { share: inside / all, ports })
+        Some(LibraryShare { share: inside / all, ports })
     }
 
     /// True for a law that does better than all that the library has, and no worse than what fits
@@ -134,11 +134,11 @@ pub(super) struct Outside {
     /// none where there are no such laws.
     pub better: Vec<FreeFormLaw>,
     /// What laws leave of the library's names; `None` where it has none.
-    pub beside: Option<Beside>,
+    pub beside: Option<LibraryShare>,
 }
 
 /// What laws outside the library, which are as likely beforehand, leave of its names.
-pub(super) struct Beside {
+pub(super) struct LibraryShare {
     /// Probability of the library's explanations together.
     pub share: f64,
     /// Ports at which the likeliest of them act that these logs do not tell apart, best first.

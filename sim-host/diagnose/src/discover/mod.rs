@@ -35,7 +35,7 @@ use crate::gate::may_be_named;
 use crate::rules::{self, score};
 use context::DiscoveryContext;
 use curve::FittedCurve;
-use laws::{Beside, FreeFormLaw, Library, Outside, curves_that_lower_cost, free_form_laws};
+use laws::{FreeFormLaw, Library, LibraryShare, Outside, curves_that_lower_cost, free_form_laws};
 use rayon::prelude::*;
 use trueweld_estimate::fit::calibration::is_calibration;
 use trueweld_estimate::fit::{self, EffectScope, FitProblem, Fitted, SchurComplement};
@@ -176,7 +176,7 @@ pub fn discover(
         None => {
             let Diagnosed { diagnosis, fits } = diagnosed;
             let diagnosis = match beside {
-                Some(Beside { share, ports }) => diagnosis.beside_outside(share, ports),
+                Some(LibraryShare { share, ports }) => diagnosis.beside_outside(share, ports),
                 None => diagnosis,
             };
             (Diagnosed { diagnosis, fits }, Vec::new())
