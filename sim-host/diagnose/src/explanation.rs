@@ -219,7 +219,6 @@ impl Candidate {
     /// Effects of the explanations that the data do not tell from this one, without its own; each
     /// once.
     pub fn others<'c>(&self, candidates: &'c [Candidate]) -> Vec<&'c Effect> {
-        let same = |a: &Effect, b: &Effect| a.place() == b.place();
         let mut others: Vec<&Effect> = Vec::new();
         for found in self
             .indistinguishable
@@ -227,8 +226,8 @@ impl Candidate {
             .filter_map(|k| candidates.get(*k))
             .flat_map(|c| &c.effects)
         {
-            let own = self.effects.iter().any(|f| same(&f.effect, &found.effect));
-            if !own && !others.iter().any(|effect| same(effect, &found.effect)) {
+            let own = self.effects.iter().any(|f| f.effect.place() == found.effect.place());
+            if !own && !others.iter().any(|effect| effect.place() == found.effect.place()) {
                 others.push(&found.effect);
             }
         }

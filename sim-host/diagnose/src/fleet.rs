@@ -314,14 +314,13 @@ impl FleetContext<'_> {
 
     /// True for an effect that a unit's logs name and do not tell from one that only others name.
     fn is_interchangeable(&self, unit: usize, place: &FleetPlace) -> bool {
-        let same = |a: &Effect, b: &Effect| a.place() == b.place();
         let ImprovedUnit { improvement, .. } = self.units[unit];
-        let effect = &place.first().effect;
-        let adds = |step: &&ImprovementStep| step.added.iter().any(|f| same(&f.effect, effect));
+        let effect = place.first().effect.place();
+        let adds = |step: &&ImprovementStep| step.added.iter().any(|f| f.effect.place() == effect);
         let mut others = improvement.steps.iter().filter(adds).flat_map(|s| improvement.others(s));
         let elsewhere = |place: &FleetPlace| place.found[unit].is_none();
         let places = || self.places.iter().filter(|place| elsewhere(place));
-        others.any(|other| places().any(|place| same(&place.first().effect, other)))
+        others.any(|other| places().any(|place| place.first().effect.place() == other.place()))
     }
 
     /// A place over all units.

@@ -90,7 +90,7 @@ impl<'a> Library<'a> {
         outside.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut of_port: Vec<(PortAt, f64)> = Vec::new();
         for (port, evidence) in outside {
-            if !of_port.iter().any(|((name, at), _)| (name.name, *at) == (port.0.name, port.1)) {
+            if !of_port.iter().any(|(known, _)| *known == port) {
                 of_port.push((port, evidence));
             }
         }

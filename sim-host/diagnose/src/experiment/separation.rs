@@ -100,7 +100,7 @@ impl Rival {
                 EffectScope::Shared(i) => {
                     let effect = &fresh.shared[i];
                     let calibrations = &self.all[..self.all.len() - self.effects];
-                    if !calibrations.iter().any(|e| same(e, effect)) {
+                    if !calibrations.iter().any(|e| e.place() == effect.place()) {
                         let of = EffectScope::Shared(point.shared.len());
                         point.shared.push(effect.clone());
                         point.free.push(FreeParameter { of, ..*free });
@@ -117,15 +117,12 @@ impl Rival {
     }
 }
 
-/// True for the same kind of effect at the same place.
-fn same(a: &Effect, b: &Effect) -> bool {
-    a.place() == b.place()
-}
-
 /// True for the same value of the same effect at two points.
 fn same_value((a, f): (&FitState, &FreeParameter), (b, g): (&FitState, &FreeParameter)) -> bool {
     let same_effect = match (f.of, g.of) {
-        (EffectScope::Shared(i), EffectScope::Shared(j)) => same(&a.shared[i], &b.shared[j]),
+        (EffectScope::Shared(i), EffectScope::Shared(j)) => {
+            a.shared[i].place() == b.shared[j].place()
+        }
         (one, other) => one == other,
     };
     f.parameter == g.parameter && same_effect
