@@ -462,7 +462,7 @@ fn slope(
     moved.effect_mut(free.of).values[free.parameter] = value_at(parameter, value, step);
     let there = match (effect.kind.action, effect.at) {
         // Of what is far cheaper to see than to play through.
-        (Action::Mounting(motion), Location::Joint(joint)) => {
+        (Action::Mounting(motion), Location::Joint(joint)) if experiment.sees_tool_alone() => {
             let more = motion(&moved.effect(free.of).values) * motion(&effect.values).inverse();
             experiment.remounted(&problem.model, &point.effects(problem, log), at, joint, &more)?
         }

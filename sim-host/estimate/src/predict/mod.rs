@@ -468,7 +468,7 @@ impl PreparedLog {
 
     /// Residuals where the link behind a joint is mounted off by `motion` more, in its frame before
     /// that, and the links stay where they are in `at`, the prediction under `effects`: what gravity
-    /// makes of the motion is left out, a hundredth of it.
+    /// makes of the motion is left out.
     ///
     /// # Errors
     /// [`PredictError::Effect`].

@@ -26,7 +26,6 @@ impl PreparedLog {
             (Action::Process(_), _) | (_, Some(Port::ProcessForce | Port::PlateSurface)) => {
                 self.contact.as_ref().is_some_and(|contact| contact.has(effect))
             }
-            (Action::Mounting(_), _) => self.measures(Channel::Tracker, None),
             (_, Some(Port::MotorFriction(_))) => self.measures(Channel::MotorTorque, None),
             (_, Some(Port::SensorChannel(instrument))) => self.measures(instrument, joint),
             (_, Some(Port::TimeBase)) => match effect.at {
@@ -37,6 +36,13 @@ impl PreparedLog {
             },
             _ => true,
         }
+    }
+
+    /// True where nothing is measured of the joints: what gravity makes of a link that is mounted off
+    /// shows there as a hundredth of how that moves the tool.
+    pub(crate) fn sees_tool_alone(&self) -> bool {
+        let of_joints = [Channel::MotorTorque, Channel::LinkEncoder];
+        !of_joints.into_iter().any(|channel| self.measures(channel, None))
     }
 
     /// True where an effect can change how the links move in this log, and not only what is
