@@ -180,6 +180,22 @@ pub fn long_run_ratios(columns: &[ResidualColumn], residual: &[f64]) -> Vec<f64>
     autocovariance(columns, residual).into_iter().enumerate().map(of_level).collect()
 }
 
+/// A covariance of so many rows with its correlations shrunk as far as chance makes them: in a few rows of
+/// many columns some of their sums hardly change, and what they tell would be taken for sure. Schäfer and
+/// Strimmer 2005, with the variance (1 − r²)²/(n − 1) of a correlation r.
+fn shrunk(mut covariance: DMatrix<f64>, rows: usize) -> DMatrix<f64> {
+    let own = covariance.diagonal();
+    let (mut chance, mut seen) = (0.0, 0.0);
+    for (i, j) in (0..own.len()).flat_map(|i| (0..i).map(move |j| (i, j))) {
+        let square = covariance[(i, j)].powi(2) / (own[i] * own[j]).max(f64::MIN_POSITIVE);
+        chance += (1.0 - square).powi(2) / (rows as f64 - 1.0).max(1.0);
+        seen += square;
+    }
+    covariance *= 1.0 - (chance / seen.max(f64::MIN_POSITIVE)).min(1.0);
+    covariance.set_diagonal(&own);
+    covariance
+}
+
 /// What noise makes of the gradient of one log: its covariance over the values that the log sees.
 /// `processes`: of every level.
 fn gradient(
@@ -205,7 +221,7 @@ fn gradient(
             let factor = if now > 0.0 { (process.square / process.gain / now).sqrt() } else { 0.0 };
             own.iter().enumerate().for_each(|(t, e)| innovations[(t, c)] = factor * e);
         }
-        let mut square = innovations.tr_mul(&innovations) / n as f64;
+        let mut square = shrunk(innovations.tr_mul(&innovations) / n as f64, n);
         // Columns that go together to the last digit, as those of few rows may.
         for c in 0..columns.len() {
             square[(c, c)] += 1e-9 * square[(c, c)] + f64::MIN_POSITIVE;
