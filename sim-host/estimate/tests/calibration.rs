@@ -1,7 +1,11 @@
 //! What is calibrated is what the logs can show: a sensor that no log has is no parameter of a fit.
 
+use nalgebra::DVector;
+use std::collections::BTreeMap;
 use trueweld_estimate::fit::calibration::calibrations;
-use trueweld_estimate::fit::{FitProblem, SolverOptions, blocks_of, fit, unit};
+use trueweld_estimate::fit::{
+    FitProblem, SLOPE_STEP, SolverOptions, blocks_of, fit, residuals, slopes, unit,
+};
 use trueweld_estimate::residuals::compare::{baseline, experiments};
 use trueweld_logs::campaign::Campaign;
 use trueweld_logs::log::Log;
@@ -76,4 +80,35 @@ fn what_is_known_without_the_logs_is_not_fitted_and_what_remains_is_known_better
     assert!(of_a2[1] <= 1e-6 && of_a2[1] < 0.1 * of_a2[0], "{of_a2:?}");
     let stiffness = [&file, &one, &zeros].map(|f| deviation(f, "stiffness-error", 1).unwrap());
     assert!(stiffness[0] > stiffness[1] && stiffness[1] > stiffness[2], "{stiffness:?}");
+}
+
+#[test]
+fn slopes_of_calibrations_are_what_residuals_change_by() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/campaigns/backlash");
+    let campaign = Campaign::read(folder).unwrap();
+    let file = ModelFile::read(&campaign.model).unwrap();
+    let logs: Vec<Log> = campaign.logs.into_iter().filter(|l| l.name == "free").collect();
+    let problem = FitProblem::new(&file, experiments(&logs, &baseline(&file)).unwrap());
+    let point = calibrations(&problem);
+    let at = residuals(&problem, &point).unwrap();
+    let told = slopes(&problem, &point, &point.free, &at, SLOPE_STEP);
+    for (k, free) in point.free.iter().enumerate() {
+        let beside = |u: f64| {
+            let step = DVector::from_fn(point.free.len(), |own, _| if own == k { u } else { 0.0 });
+            residuals(&problem, &point.moved(&step)).unwrap().swap_remove(0).residual
+        };
+        let [above, below] = [0.5, -0.5].map(beside);
+        let mut squares = BTreeMap::new();
+        for (row, compared) in problem.logs[0].compared.iter().enumerate() {
+            let (real, told) =
+                (above[row] - below[row], told[k][0].as_ref().map_or(0.0, |s| s[row]));
+            let sum: &mut [f64; 2] = squares.entry(compared.quantity).or_default();
+            *sum = [sum[0] + real.powi(2), sum[1] + (real - told).powi(2)];
+        }
+        for (quantity, [real, off]) in squares {
+            let effect = point.effect(free.of);
+            let share = (off / real.max(1.0)).sqrt();
+            assert!(share < 0.1, "{} {:?} {quantity:?}: {share}", effect.kind.id, effect.at);
+        }
+    }
 }
