@@ -292,8 +292,7 @@ pub fn diagnose(
     if let Some(last) = chosen.last().filter(|_| chosen.len() > 1) {
         let mut together = vec![last.clone()];
         together.extend(alike.pop().into_iter().flatten());
-        let tied = tied_singles(&ctx, &singles);
-        for other in search::alternatives(&ctx, last, &confusable, &tied) {
+        for other in search::alternatives(&ctx, last) {
             if !together.iter().any(|known| same_effects(known, &other)) {
                 together.push(other);
             }
@@ -374,13 +373,6 @@ fn best_that_counts(ctx: &SearchContext<'_>, singles: &[Fitted]) -> Option<usize
     let best = (0..singles.len()).find(count)?;
     let mut tied = (best..singles.len()).filter(|k| evidence[*k] > evidence[best] - DECISIVE);
     Some(tied.find(|k| !has_unseen_wave(ctx.problem, &singles[*k]) && count(k)).unwrap_or(best))
-}
-
-/// The effects of those single fits that the data do not tell from the first.
-fn tied_singles(ctx: &SearchContext<'_>, singles: &[Fitted]) -> Vec<EffectPlace> {
-    let evidence = search::evidence_of_each(ctx, singles);
-    let tied = (1..singles.len()).filter(|k| evidence[*k] > evidence[0] - DECISIVE);
-    tied.filter_map(|k| search::last_effect(&singles[k])).collect()
 }
 
 /// True for a fit whose effects may be named beside what `before` has.

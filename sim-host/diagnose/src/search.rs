@@ -1,6 +1,5 @@
 //! Full fits of the hypotheses that screening leaves, and of pairs of them.
 
-use super::confuse::Confusable;
 use super::found::{FittedEffect, found_effects};
 use super::log_evidence::{RivalEvidence, evidence_in_noise, is_of_library, is_significant};
 use super::rules::{self, DECISIVE_FALL, NAMED, noise_excess};
@@ -214,12 +213,36 @@ pub(super) fn last_effect(fitted: &Fitted) -> Option<EffectPlace> {
     fitted.point.shared.last().map(Effect::place)
 }
 
-/// Other effects in place of the last one of a fit, from where it stands, but for those whose fits
-/// arrived. Where calibrations hide much of an effect, its slopes beside them at their best without it
-/// say little of what it would come to: one that was given up for them is not disproved.
+/// Other effects in place of the last one of a fit, but for those whose fits arrived. Where calibrations
+/// hide much of an effect, its slopes beside them at their best without it say little of what it would
+/// come to: one that was given up for them is not disproved.
 fn rivals(ctx: &SearchContext<'_>, best: &Fitted, fits: &[Fitted]) -> Vec<Fitted> {
     let Some(last) = best.point.shared.len().checked_sub(1) else { return Vec::new() };
-    let (point, known) = without(best, last);
+    let arrived = fits.iter().filter(|f| f.termination.is_arrival());
+    let arrived: Vec<EffectPlace> = arrived.filter_map(last_effect).collect();
+    let goal = ctx.null.cost - rules::PROMISED_WIN_SHARE * (ctx.null.cost - best.cost);
+    in_place_of(ctx, best, last, (&arrived, goal))
+}
+
+/// Explanations in which another effect stands for one of several, where they explain the data about
+/// as well or better.
+pub(super) fn alternatives(ctx: &SearchContext<'_>, fitted: &Fitted) -> Vec<Fitted> {
+    let reach = fitted.cost + DECISIVE_FALL * rules::variance_inflation(fitted);
+    let all = &fitted.point.shared;
+    let own = (0..all.len()).filter(|index| !is_calibration(all[*index].kind));
+    let others = own.flat_map(|index| in_place_of(ctx, fitted, index, (&[], reach)));
+    others.filter(|other| other.cost < reach).collect()
+}
+
+/// Other effects in place of one of a fit, from where it stands, but for some; in full those that
+/// promise the cost `goal`.
+fn in_place_of(
+    ctx: &SearchContext<'_>,
+    fitted: &Fitted,
+    index: usize,
+    (but_for, goal): (&[EffectPlace], f64),
+) -> Vec<Fitted> {
+    let (point, known) = without(fitted, index);
     let options = SolverOptions::steps(0, known.len());
     let Ok(base) = fit::fit(ctx.problem, &point, ctx.blocks, &known, options) else {
         return Vec::new();
@@ -228,17 +251,14 @@ fn rivals(ctx: &SearchContext<'_>, best: &Fitted, fits: &[Fitted]) -> Vec<Fitted
     let Some(screening) = Screening::of(&beside) else { return Vec::new() };
     let screened: Vec<ScreenedEffect> =
         ctx.screened.par_iter().filter_map(|s| screening.weighed_again(s)).collect();
-    let arrived = fits.iter().filter(|f| f.termination.is_arrival());
-    let arrived: Vec<_> = arrived.filter_map(last_effect).collect();
     let is_open = |s: &&ScreenedEffect| {
         let own = s.limit.effect;
-        !arrived.contains(&own) && best.point.shared.iter().all(|e| e.place() != own)
+        !but_for.contains(&own) && fitted.point.shared.iter().all(|e| e.place() != own)
     };
     let others = likeliest(screened.iter().filter(is_open), rules::FITTED_BESIDE);
-    let goal = ctx.null.cost - rules::PROMISED_WIN_SHARE * (ctx.null.cost - best.cost);
     let fit = |rival: &&ScreenedEffect| {
         let start = start(&beside, &base, &rival.starts[0].0)?;
-        // It must promise something at least over what there is without either. What it comes to shows
+        // It must promise something at least over what there is without any. What it comes to shows
         // once a step has brought it where its slopes are right.
         let promises = start.cost < ctx.null.cost;
         promises.then(|| fit_in_full(&beside, fit_roughly(&beside, &[start], |_| 1), goal))?
@@ -379,60 +399,6 @@ fn fit_without(
     let options = SolverOptions { goal, ..SolverOptions::full(in_proportion(&point)) };
     fit::fit(ctx.problem, &point, ctx.blocks, &known, options).ok()
 }
-
-/// Explanations in which another effect stands for one of several, where they explain the data about
-/// as well: of those that do nearly the same so many for each effect at most, and for the first those
-/// that are tied with it alone.
-pub(super) fn alternatives(
-    ctx: &SearchContext<'_>,
-    fitted: &Fitted,
-    confusable: &[Confusable],
-    tied: &[EffectPlace],
-) -> Vec<Fitted> {
-    let inflation = rules::variance_inflation(fitted);
-    let all = &fitted.point.shared;
-    let mut found = Vec::new();
-    let own = (0..all.len()).filter(|i| !is_calibration(all[*i].kind));
-    for (nth, index) in own.enumerate() {
-        let others = confusable.iter().filter_map(|pair| {
-            let own = all[index].place();
-            match (pair.first == own, pair.second == own) {
-                (true, _) => Some(pair.second),
-                (_, true) => Some(pair.first),
-                _ => None,
-            }
-        });
-        let tied = if nth == 0 { tied } else { &[] };
-        let is_new = |other: &EffectPlace| !all.iter().any(|e| e.place() == *other);
-        let others = others.filter(is_new).take(ALTERNATIVES);
-        let mut others: Vec<EffectPlace> = others.collect();
-        for other in tied.iter().filter(|other| is_new(other)) {
-            if !others.contains(other) {
-                others.push(*other);
-            }
-        }
-        if others.is_empty() || ctx.problem.is_late() {
-            continue;
-        }
-        let Some(base) = fit_without(ctx, fitted, index, f64::INFINITY) else { continue };
-        let beside = SearchContext { null: &base, given: &base, ..*ctx };
-        let Some(screening) = Screening::of(&beside) else { continue };
-        let fits = others.into_iter().filter_map(|other| {
-            let mut fits =
-                fit_roughly(&beside, &starts(&beside, &screening.screen(other)?), |_| ROUGHLY);
-            fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-            let mut best = fits.into_iter().next()?;
-            let options = SolverOptions::full(in_proportion(&base.point));
-            refit(ctx.problem, ctx.blocks, &mut best, options);
-            Some(best)
-        });
-        found.extend(fits.filter(|f| f.cost - fitted.cost < DECISIVE_FALL * inflation));
-    }
-    found
-}
-
-/// Other effects that are tried in place of one.
-const ALTERNATIVES: usize = 2;
 
 /// Cost without an effect, in what it is with it, from which on it is surely needed.
 const NEEDED: f64 = 1.5;
