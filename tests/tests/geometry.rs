@@ -2,10 +2,10 @@
 //! is called none, and what is named beside it is what is named without it. One calibration that is
 //! far larger than any is named for what it is, and not for others that act as it does.
 
+use std::collections::BTreeMap;
 use trueweld_diagnose::{DiagnosisVerdict, diagnose};
 use trueweld_estimate::fit::calibration::calibrations;
 use trueweld_estimate::fit::{EffectScope, residuals, slopes};
-use trueweld_estimate::predict::Prediction;
 use trueweld_laboratory::{CorpusCase, Hidden, Protocol, Recipe};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_tests::LABORATORY;
@@ -114,23 +114,26 @@ fn slopes_by_the_geometry_are_those_of_the_whole_prediction() {
         let there = residuals(problem, &moved).expect("predicted");
         for (log, experiment) in problem.logs.iter().enumerate() {
             let Some(slope) = &slopes[log] else { panic!("{} sees it", experiment.name) };
-            let (mut apart, mut all) = (0.0, 0.0);
-            let rows = |p: &Prediction| p.residual.clone();
-            for (k, (a, b)) in rows(&there[log]).iter().zip(rows(&at[log])).enumerate() {
+            let mut sums: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
+            let change = there[log].residual.iter().zip(&at[log].residual).map(|(a, b)| a - b);
+            for (k, change) in change.enumerate() {
                 let channel = experiment.compared[k].quantity.channel();
-                if channel.starts_with("tcp") {
-                    apart += (a - b - slope[k]).powi(2);
-                    all += (a - b).powi(2);
-                } else {
-                    assert_eq!(slope[k], 0.0, "{channel}");
-                }
+                // A tracker's position and rotation are one.
+                let instrument = channel.split('_').next().unwrap_or(channel);
+                let sum = sums.entry(instrument).or_default();
+                *sum = [sum[0] + (change - slope[k]).powi(2), sum[1] + change * change];
             }
-            // Left out is what gravity makes of the motion: K against g gives some percent. A turn
-            // about the tool's axis moves no tool centre, which is all that a ring-down shows.
+            // Where the tool alone is seen, what gravity makes of the motion is left out: K against g
+            // gives some percent. A turn about the tool's axis moves no tool centre, which is all that
+            // a ring-down shows.
             let place = moved.shared[index].at;
-            assert!(matches!(place, Location::Joint(_)));
-            let seen = all.max(0.1);
-            assert!(apart < 0.05_f64.powi(2) * seen, "{place:?} {}: {apart} {all}", parameter.name);
+            for (instrument, [apart, all]) in sums {
+                let name = parameter.name;
+                assert!(
+                    apart < 0.05_f64.powi(2) * all.max(0.1),
+                    "{place:?} {name} {instrument}: {apart} {all}"
+                );
+            }
         }
     }
 }
