@@ -130,6 +130,14 @@ fn an_effect_that_another_one_does_without_and_better_leaves_its_place_to_it() {
 
 #[test]
 #[ignore = "release checklist"]
+fn of_two_effects_neither_is_at_another_place_than_where_it_does_best_beside_the_other() {
+    // The bearing of A3 tilts. Alone a tilt at A4 does better; beside the cross-talk it does worse.
+    let judged = of_corpus(5209, 15, &Protocol::short());
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+}
+
+#[test]
+#[ignore = "release checklist"]
 fn an_effect_that_a_law_outside_the_library_does_better_than_is_not_named() {
     // Friction that fades with time, which a friction of the library does nearly as well.
     let judged = of_corpus(10331, 353, &Protocol::short());
