@@ -12,6 +12,15 @@ use trueweld_logs::log::Log;
 use trueweld_plant::effects::{Effect, EffectKind, Location, force_crosstalk};
 use trueweld_plant::input::{Comments, ModelFile};
 
+/// The model of a recorded campaign, and those of its logs.
+fn recorded(names: &[&str]) -> (ModelFile, Vec<Log>) {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/campaigns/backlash");
+    let campaign = Campaign::read(folder).unwrap();
+    let file = ModelFile::read(&campaign.model).unwrap();
+    let logs = campaign.logs.into_iter().filter(|log| names.contains(&log.name.as_str()));
+    (file, logs.collect())
+}
+
 /// Identifiers of the calibrations that are fitted to logs, and whether a cross-talk of the force
 /// sensor is tried.
 fn tried(logs: &[Log], file: &ModelFile) -> (Vec<&'static str>, bool) {
@@ -24,14 +33,7 @@ fn tried(logs: &[Log], file: &ModelFile) -> (Vec<&'static str>, bool) {
 
 #[test]
 fn without_a_force_sensor_nothing_of_it_is_fitted_or_looked_for() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/campaigns/backlash");
-    let campaign = Campaign::read(folder).unwrap();
-    let file = ModelFile::read(&campaign.model).unwrap();
-    let mut logs: Vec<Log> = campaign
-        .logs
-        .into_iter()
-        .filter(|l| ["static", "free"].contains(&l.name.as_str()))
-        .collect();
+    let (file, mut logs) = recorded(&["static", "free"]);
     let (ids, crosstalk) = tried(&logs, &file);
     assert!(crosstalk && ids.contains(&"force-offset"), "{ids:?}");
 
@@ -51,10 +53,7 @@ fn with_known(file: &ModelFile, known: &str) -> ModelFile {
 
 #[test]
 fn what_is_known_without_the_logs_is_not_fitted_and_what_remains_is_known_better() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/campaigns/backlash");
-    let campaign = Campaign::read(folder).unwrap();
-    let file = ModelFile::read(&campaign.model).unwrap();
-    let logs: Vec<Log> = campaign.logs.into_iter().filter(|l| l.name == "static").collect();
+    let (file, logs) = recorded(&["static"]);
     let deviation = |file: &ModelFile, id: &str, joint: usize| -> Option<f64> {
         let problem = FitProblem::new(file, experiments(&logs, &baseline(file)).unwrap());
         let blocks = blocks_of(&problem);
@@ -84,10 +83,7 @@ fn what_is_known_without_the_logs_is_not_fitted_and_what_remains_is_known_better
 
 #[test]
 fn slopes_of_calibrations_are_what_residuals_change_by() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/campaigns/backlash");
-    let campaign = Campaign::read(folder).unwrap();
-    let file = ModelFile::read(&campaign.model).unwrap();
-    let logs: Vec<Log> = campaign.logs.into_iter().filter(|l| l.name == "free").collect();
+    let (file, logs) = recorded(&["free"]);
     let problem = FitProblem::new(&file, experiments(&logs, &baseline(&file)).unwrap());
     let point = calibrations(&problem);
     let at = residuals(&problem, &point).unwrap();
