@@ -377,7 +377,7 @@ fn best_that_counts(ctx: &SearchContext<'_>, singles: &[Fitted]) -> Option<usize
 
 /// True for a fit whose effects may be named beside what `before` has.
 fn is_nameable(ctx: &SearchContext<'_>, before: &Fitted, fitted: &Fitted) -> bool {
-    let effects = found_over(ctx.problem, before, fitted);
+    let effects = found_over(ctx.problem, ctx.blocks, before, fitted);
     may_be_named(ctx.problem, (before, fitted), &effects)
 }
 
@@ -456,7 +456,7 @@ fn conclude(
     let mut stands = better;
     let calibration = found_calibrations(problem, blocks, (&improved, best));
     let candidate = |fitted: &Fitted| {
-        let effects = found_over(problem, null, fitted);
+        let effects = found_over(problem, blocks, null, fitted);
         let candidate = Candidate::new(problem, fitted, effects, [score_before, excess]);
         let may_be_named = is_nameable(ctx, null, fitted);
         (Candidate { may_be_named, ..candidate }, fitted.clone())

@@ -7,7 +7,8 @@ use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use trueweld_estimate::fit::calibration::is_calibration;
 use trueweld_estimate::fit::{
-    self, EffectScope, FitProblem, Fitted, LeastSquaresStep, Residuals, SolverOptions,
+    self, EffectScope, FitProblem, FitState, Fitted, FreeParameter, LeastSquaresStep, Residuals,
+    Slopes, SolverOptions,
 };
 use trueweld_estimate::predict::{LinkMotion, PreparedLog};
 use trueweld_logs::log::LogKind;
@@ -272,23 +273,51 @@ pub(super) fn found_effects(problem: &FitProblem, fitted: &Fitted) -> Vec<Fitted
     found(problem, fitted, |of| matches!(of, EffectScope::Shared(i) if own.contains(&i)))
 }
 
-/// The same, with what a fit without the last of them says of its size: the sum of squares rises
+/// The same, with what the fit without each of them says of its size: the sum of squares rises
 /// from where it is least to what it is without the effect, and its root is taken to do so evenly
 /// (profile likelihood by its signed root; Bates and Watts 1988). Slopes alone say little of a size
-/// where another value bends with it, as a share and its time constant do.
+/// where another value bends with it, as a share and its time constant do. `before`: the fit without
+/// the last, if that is all it is without.
 pub(super) fn found_over(
     problem: &FitProblem,
-    without: &Fitted,
+    blocks: &[Vec<u8>],
+    before: &Fitted,
     fitted: &Fitted,
 ) -> Vec<FittedEffect> {
+    let own = effects_of(fitted);
+    let known = (own.len() == effects_of(before).len() + 1).then_some(before.cost);
     let mut all = found_effects(problem, fitted);
-    if all.len() == effects_of(without).len() + 1
-        && let Some(last) = all.last_mut()
-    {
-        let deviance = (without.cost - fitted.cost) / rules::variance_inflation(fitted);
-        last.bound_towards_nothing(deviance);
+    let last = all.len().saturating_sub(1);
+    for (k, (found, index)) in all.iter_mut().zip(own).enumerate() {
+        let known = known.filter(|_| k == last);
+        let cost = known.or_else(|| promised_without(problem, blocks, fitted, index));
+        if let Some(cost) = cost {
+            found.bound_towards_nothing((cost - fitted.cost) / rules::variance_inflation(fitted));
+        }
     }
     all
+}
+
+/// What slopes promise that a fit would cost without one of its effects.
+fn promised_without(
+    problem: &FitProblem,
+    blocks: &[Vec<u8>],
+    fitted: &Fitted,
+    index: usize,
+) -> Option<f64> {
+    let (point, known) = without(fitted, index);
+    let options = SolverOptions::steps(0, known.len());
+    let linear = fit::fit(problem, &point, blocks, &known, options).ok()?.linear;
+    Some(linear.cost(&linear.solve(None, 0.0, None)?.step))
+}
+
+/// The point of a fit without one of its effects, and the slopes of what stays free.
+pub(super) fn without(fitted: &Fitted, index: usize) -> (FitState, Vec<Slopes>) {
+    let stays = |(free, slopes): (&FreeParameter, &Slopes)| {
+        (free.of != EffectScope::Shared(index)).then(|| slopes.clone())
+    };
+    let known = fitted.point.free.iter().zip(&fitted.slopes).filter_map(stays);
+    (fitted.point.without(index), known.collect())
 }
 
 /// True where one of these is a wave that the logs do not tell to be one.

@@ -1,6 +1,6 @@
 //! Full fits of the hypotheses that screening leaves, and of pairs of them.
 
-use super::found::{FittedEffect, found_effects};
+use super::found::{FittedEffect, found_effects, without};
 use super::log_evidence::{RivalEvidence, evidence_in_noise, is_of_library, is_significant};
 use super::rules::{self, DECISIVE_FALL, NAMED, noise_excess};
 use super::screen::{ScreenedEffect, Screening, SearchContext, likeliest, screen_again};
@@ -10,8 +10,7 @@ use std::slice;
 use trueweld_core::JOINTS;
 use trueweld_estimate::fit::calibration::{calibrations, in_proportion, is_calibration};
 use trueweld_estimate::fit::{
-    self, EffectScope, FitProblem, FitState, Fitted, FreeParameter, Residuals, Slopes,
-    SolverOptions,
+    self, EffectScope, FitProblem, FitState, Fitted, Residuals, SolverOptions, Termination,
 };
 use trueweld_estimate::predict::{ComparedQuantity, PredictError};
 use trueweld_plant::effects::{Effect, EffectPlace, Location, Role};
@@ -284,21 +283,40 @@ pub(super) fn evidence_of_each(ctx: &SearchContext<'_>, fits: &[Fitted]) -> Vec<
 }
 
 /// The best of the fits of a hypothesis from several starts, each in full as long as it promises to
-/// come to the cost `goal`.
+/// come to the cost `goal`, and as the better one did not come to where the data do not tell it from.
 fn fit_in_full(ctx: &SearchContext<'_>, mut fits: Vec<Fitted>, goal: f64) -> Option<Fitted> {
-    // The better of two starts first: the other must promise to come as far.
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut best: Option<Fitted> = None;
     for mut fitted in fits {
         let goal = best.as_ref().map_or(goal, |best| best.cost.min(goal));
-        let options = SolverOptions { goal, ..SolverOptions::full(in_proportion(&fitted.point)) };
-        refit(ctx.problem, ctx.blocks, &mut fitted, options);
+        let arrives_there = |best: &Fitted| {
+            let told = best.cost + DECISIVE_FALL * rules::variance_inflation(best);
+            best.promised_at(&fitted.point) < told
+        };
+        if best.as_ref().is_some_and(arrives_there) {
+            continue;
+        }
+        // New slopes of its own tell at a few values' cost that it will not come as far.
+        let others = SolverOptions { goal, ..SolverOptions::steps(ROUGHLY, calibrated(&fitted)) };
+        if goal.is_finite() {
+            refit(ctx.problem, ctx.blocks, &mut fitted, others);
+        }
+        if !goal.is_finite() || fitted.termination != Termination::Unpromising {
+            let full = SolverOptions::full(in_proportion(&fitted.point));
+            refit(ctx.problem, ctx.blocks, &mut fitted, SolverOptions { goal, ..full });
+        }
         best = match best {
             Some(best) if best.cost <= fitted.cost => Some(best),
             _ => Some(fitted),
         };
     }
     best
+}
+
+/// Free values of a fit that come before those of its last effect.
+fn calibrated(fitted: &Fitted) -> usize {
+    let last = EffectScope::Shared(fitted.point.shared.len().saturating_sub(1));
+    fitted.point.free.iter().take_while(|free| free.of != last).count()
 }
 
 /// Cost of the best of some fits.
@@ -376,15 +394,6 @@ pub(crate) fn refit(
     {
         *fitted = better;
     }
-}
-
-/// The point of a fit without one of its effects, and the slopes of what stays free.
-fn without(fitted: &Fitted, index: usize) -> (FitState, Vec<Slopes>) {
-    let stays = |(free, slopes): (&FreeParameter, &Slopes)| {
-        (free.of != EffectScope::Shared(index)).then(|| slopes.clone())
-    };
-    let known = fitted.point.free.iter().zip(&fitted.slopes).filter_map(stays);
-    (fitted.point.without(index), known.collect())
 }
 
 /// The fit without one of its effects, from where it stands; given up where slopes do not promise

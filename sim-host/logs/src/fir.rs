@@ -125,13 +125,36 @@ impl LowPass {
         length: usize,
         k: usize,
     ) -> f64 {
+        let taps = &self.taps[derivative];
+        if k >= self.half && k + self.half < length {
+            return self.within(derivative, k, series);
+        }
         let last = length as isize - 1;
         let first = k as isize - self.half as isize;
-        self.taps[derivative]
-            .iter()
-            .enumerate()
-            .map(|(j, w)| w * mirrored(&series, last, first + j as isize))
-            .sum()
+        taps.iter().enumerate().map(|(j, w)| w * mirrored(&series, last, first + j as isize)).sum()
+    }
+
+    /// The first of the samples whose sum a smoothed value is, and each with its weight, where no end of the
+    /// series is near.
+    pub fn weighted(&self, series: &[f64], k: usize) -> (usize, Vec<f64>) {
+        let first = k - self.half;
+        let taps = self.taps[0].iter().zip(&series[first..]);
+        (first, taps.map(|(w, x)| w * x).collect())
+    }
+
+    /// The same where no end of the series is near. No sum waits for the one before it.
+    fn within(&self, derivative: usize, k: usize, series: impl Fn(usize) -> f64) -> f64 {
+        let (fours, rest) = self.taps[derivative].as_chunks::<4>();
+        let mut sums = [0.0; 4];
+        let mut i = k - self.half;
+        for taps in fours {
+            for (lane, tap) in taps.iter().enumerate() {
+                sums[lane] += tap * series(i + lane);
+            }
+            i += taps.len();
+        }
+        let rest = rest.iter().zip(i..).map(|(tap, i)| tap * series(i));
+        sums.iter().sum::<f64>() + rest.sum::<f64>()
     }
 
     /// The whole smoothed series or its derivative. Beyond its ends the series is taken to go on as
@@ -152,6 +175,20 @@ impl LowPass {
         }
         smooth
     }
+}
+
+/// Sum of products of two series; in four sums, so that they can run side by side.
+#[inline]
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (fours, tail) = a.as_chunks::<4>();
+    let (others, other_tail) = b.as_chunks::<4>();
+    for (x, y) in fours.iter().zip(others) {
+        for k in 0..4 {
+            sums[k] += x[k] * y[k];
+        }
+    }
+    sums.iter().sum::<f64>() + tail.iter().zip(other_tail).map(|(x, y)| x * y).sum::<f64>()
 }
 
 /// A series of which `last` is the last sample at sample `i`, beyond its ends as its mirror image

@@ -4,6 +4,7 @@
 use super::{BLOCKS, Residuals, Slopes};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::ops::Range;
+use trueweld_logs::fir::dot;
 
 /// Normal equations of a linear model in blocks: Σ (r + J u)² over each block.
 #[derive(Debug, Clone)]
@@ -518,19 +519,6 @@ fn runs(blocks: &[u8]) -> Vec<Range<usize>> {
         from..start
     };
     blocks.chunk_by(|a, b| a == b).map(run).collect()
-}
-
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Four sums, so that they can run side by side.
-    let mut sums = [0.0; 4];
-    let (fours, tail) = a.as_chunks::<4>();
-    let (others, other_tail) = b.as_chunks::<4>();
-    for (x, y) in fours.iter().zip(others) {
-        for k in 0..4 {
-            sums[k] += x[k] * y[k];
-        }
-    }
-    sums.iter().sum::<f64>() + tail.iter().zip(other_tail).map(|(x, y)| x * y).sum::<f64>()
 }
 
 #[cfg(test)]

@@ -2,9 +2,10 @@
 //! them. What many models have in common is factored once: many curves are judged beside the same
 //! calibrations.
 
-use super::linear::{Factor, HeldOutPrior, Linear, RIDGE, STAYS, dot};
+use super::linear::{Factor, HeldOutPrior, Linear, RIDGE, STAYS};
 use super::{BLOCKS, Fitted, Slopes};
 use nalgebra::{DMatrix, DVector};
+use trueweld_logs::fir::dot;
 
 /// A quadratic form of values y, but for its constant: 2 (Jᵀr)·y + yᵀ (JᵀJ) y.
 #[derive(Debug, Clone)]

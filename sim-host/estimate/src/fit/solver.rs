@@ -8,7 +8,7 @@ use super::calibration::is_in_proportion;
 use super::{
     BLOCKS, EffectScope, FitProblem, FitState, FreeParameter, Linear, Residuals, SLOPE_STEP,
 };
-use super::{chi_square, count, residuals, residuals_near, slopes, value_at};
+use super::{chi_square, count, residuals, residuals_near, slopes, unit, value_at};
 use crate::predict::{PredictError, Prediction};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -257,6 +257,16 @@ impl Fitted {
     /// Sum of squares of all blocks, each predicted from all the others.
     pub fn held_out(&self) -> f64 {
         self.linear.held_out(None).iter().sum()
+    }
+
+    /// Cost that the slopes promise at another point of the same free values.
+    pub fn promised_at(&self, other: &FitState) -> f64 {
+        let away = |free: &FreeParameter| {
+            let (parameter, value) = (self.point.parameter(free), self.point.value(free));
+            (other.value(free) - value) / unit(parameter, value)
+        };
+        let step = self.point.free.iter().map(away);
+        self.linear.cost(&DVector::from_iterator(self.point.free.len(), step))
     }
 
     /// Sum of squares of all logs, each predicted with what the others tell; what a log has of its

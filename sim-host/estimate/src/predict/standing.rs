@@ -424,6 +424,11 @@ impl StaticPrediction {
                 columns[3 + c].push(turned[c]);
             }
         }
+        let mut twists: [Vec<f64>; JOINTS] = std::array::from_fn(|_| Vec::with_capacity(n));
+        for (motors, link) in self.motors.iter().zip(&motion.link) {
+            let twist = motors.angle - link;
+            twists.iter_mut().zip(&twist).for_each(|(column, twist)| column.push(*twist));
+        }
         let mut poses = Vec::with_capacity(self.rows.len());
         for &row in &self.rows {
             let value = |c: usize| {
@@ -434,10 +439,7 @@ impl StaticPrediction {
             // What dampers carry and what the links' own acceleration takes while the load changes,
             // the springs need not: a micrometre in the ramps of a weld.
             let twist = |derivative: usize| {
-                JointVector::from_fn(|i, _| {
-                    let of = |k: usize| self.motors[k].angle[i] - motion.link[k][i];
-                    band.at(derivative, of, n, row)
-                })
+                JointVector::from_fn(|i, _| band.at(derivative, |k| twists[i][k], n, row))
             };
             let frames = robot.model.frames(&motion.link[row]);
             let spared = robot.model.damping().component_mul(&twist(1))

@@ -33,6 +33,7 @@ use super::tool::{LoadedTool, RecordedWeld};
 use super::wiener::signal_share;
 use nalgebra::{Complex, Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
 use trueweld_core::{JointVector, Robot};
+use trueweld_logs::fir::dot;
 use trueweld_logs::noise::NoiseLevel;
 use trueweld_plant::input::Process;
 use trueweld_plant::process::{Reaction, reaction};
@@ -427,6 +428,26 @@ impl SpindleHarmonics {
         Vector3::from_fn(|c, _| all.row(c).iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt())
     }
 
+    /// Complex amplitudes of a vector series at every order that is read, around a row.
+    fn amplitudes(
+        &self,
+        weld: &RecordedWeld,
+        row: usize,
+        series: &[Vec<f64>; 3],
+    ) -> [Vector3<Complex<f64>>; COMPARED_ORDERS] {
+        let mut amplitudes = [Vector3::zeros(); COMPARED_ORDERS];
+        for (c, series) in series.iter().enumerate() {
+            let (first, weighted) = weld.low.weighted(series, row);
+            for &order in &self.read {
+                let [cosine, sine] = self.waves[order - 1]
+                    .each_ref()
+                    .map(|wave| dot(&weighted, &wave[first..][..weighted.len()]));
+                amplitudes[order - 1][c] = Complex::new(cosine, -sine);
+            }
+        }
+        amplitudes
+    }
+
     /// Complex amplitude of a vector series at an order around a row: x = Re(z exp(i n φ)).
     fn amplitude(
         &self,
@@ -484,14 +505,15 @@ impl SpindleHarmonics {
         let zero = sensed(ports, Channel::Wrench, unread(0.0)).force;
         let late_by = ports.delay(Channel::Wrench);
         let still = weld.quick_vectors(still);
+        let ripples: Vec<_> =
+            weld.rows.iter().map(|row| self.amplitudes(weld, *row, &still)).collect();
         let mut measured = self.measured.iter();
         for &order in &self.read {
             let back = Complex::from_polar(1.0, -turning(weld, order) * late_by);
             let driven_back = Complex::from_polar(1.0, -folded(weld, order) * late_by);
             for (k, &row) in weld.rows.iter().enumerate() {
                 let closed = &loops[k][order - 1];
-                let ripple =
-                    closed.pass * self.amplitude(weld, order, row, &still) + closed.product;
+                let ripple = closed.pass * ripples[k][order - 1] + closed.product;
                 let force = ripple.map(|z| z * back) + closed.driven.map(|z| z * driven_back);
                 // As the nominal arm has it, whatever the model.
                 let nominal = self.loops[k][order - 1].noise;
