@@ -110,7 +110,7 @@ impl FittedEffect {
 }
 
 /// The effects of a fit that are no calibrations.
-pub(super) fn effects_of(fitted: &Fitted) -> Vec<usize> {
+pub(crate) fn effects_of(fitted: &Fitted) -> Vec<usize> {
     (0..fitted.point.shared.len())
         .filter(|i| !is_calibration(fitted.point.shared[*i].kind))
         .collect()

@@ -9,6 +9,7 @@ use super::screen::{ScreenedCurve, curves, likeliest, ports, surfaces};
 use crate::diagnosis::{
     Diagnosed, DiagnosisFits, DiagnosisVerdict, PortAt, ProgressCallback, fits_anything,
 };
+use crate::found::effects_of;
 use crate::log_evidence::{RivalEvidence, is_of_library, is_significant};
 use crate::rules::{self, DECISIVE, NAMED};
 use rayon::prelude::*;
@@ -74,7 +75,17 @@ impl<'a> Library<'a> {
         held_out - rules::DECISIVE_FALL.max(HOLDS * (before - held_out))
     }
 
-    /// What such laws leave of its names: of those at one port the likeliest counts, for the others say
+    /// True for a law that says what one of its names does in other words: at the same place, with
+    /// predictions that all noise together hides the difference of.
+    fn names_the_same(&self, law: &FreeFormLaw) -> bool {
+        let at = law.curve.candidate.hypothesis.at;
+        let acts_there =
+            |named: &Fitted| effects_of(named).into_iter().any(|i| named.point.shared[i].at == at);
+        let is_it = |named: &&Fitted| acts_there(named) && distance(named, law.fitted()) < 1.0;
+        self.named.iter().any(is_it)
+    }
+
+    /// What other laws leave of its names: of those at one port the likeliest counts, for the others say
     /// the same in other words. All are judged by one noise, of what the cheapest leaves.
     fn beside(&self, laws: &[FreeFormLaw]) -> Option<LibraryShare> {
         let fits = self.named.iter().copied().chain(laws.iter().map(FreeFormLaw::fitted));
@@ -86,7 +97,8 @@ impl<'a> Library<'a> {
             let Hypothesis { port, at, .. } = law.curve.candidate.hypothesis;
             ((port, at), law.evidence(&evidence))
         };
-        let mut outside: Vec<(PortAt, f64)> = laws.par_iter().map(of_law).collect();
+        let others = laws.par_iter().filter(|law| !self.names_the_same(law));
+        let mut outside: Vec<(PortAt, f64)> = others.map(of_law).collect();
         outside.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut of_port: Vec<(PortAt, f64)> = Vec::new();
         for (port, evidence) in outside {
@@ -119,6 +131,13 @@ impl<'a> Library<'a> {
         let own = law.evidence(&evidence);
         !partial && own > least && (!self.adequate || is_of_library(own) >= NAMED)
     }
+}
+
+/// Sum of the squares by which residuals of two fits differ.
+fn distance(a: &Fitted, b: &Fitted) -> f64 {
+    let logs = a.residuals.iter().zip(&b.residuals);
+    let pairs = logs.flat_map(|(a, b)| a.residual.iter().zip(&b.residual));
+    pairs.map(|(a, b)| (a - b).powi(2)).sum()
 }
 
 /// The evidence that a law needs beside an explanation with so much of it, which predicts by so much
