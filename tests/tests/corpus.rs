@@ -154,11 +154,32 @@ fn an_effect_that_laws_with_a_longer_description_do_as_well_as_is_named() {
 
 #[test]
 #[ignore = "release checklist"]
-fn what_laws_at_several_ports_explain_as_well_is_not_named() {
+fn an_effect_is_named_beside_a_law_that_says_the_same() {
+    // A ripple of A1's motor torque: the same sine is found over the encoder's angle, in the friction
+    // and in what the motor reads.
+    let judged = of_corpus(86028, 198, &Protocol::short());
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+    assert!(judged.named[0].probability > 0.95, "{judged:#?}");
+}
+
+#[test]
+#[ignore = "release checklist"]
+fn an_effect_of_two_whose_values_bend_with_each_other_is_told_from_nothing() {
+    // A softening, whose share the logs do not tell from its time, beside the advancing side's pull: by
+    // slopes the share may be none, and without it four times as much is left.
+    let judged = of_corpus(5209, 105, &Protocol::short());
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+}
+
+#[test]
+#[ignore = "release checklist"]
+fn of_frictions_that_laws_at_several_ports_explain_as_well_none_is_told_from_the_others() {
     // A cable that pulls at A1's link: the joint passes each angle once, so that three frictions of the
-    // library do as well, as do laws of the link's torque, of friction and of what the motor reads.
+    // library do as well, as do laws of the link's torque, of friction and of what the motor reads. That
+    // these have longer descriptions makes friction likelier, which is wrong here: it is told as a tie.
     let judged = of_corpus(9241, 163, &Protocol::short());
-    assert_eq!(judged.verdict, DiagnosisVerdict::UnknownEffect.name(), "{judged:#?}");
+    assert!(judged.named[0].probability < 0.5, "{judged:#?}");
+    assert!(judged.named[1..3].iter().all(|other| other.tie), "{judged:#?}");
     assert!(judged.discovered.is_none(), "{judged:#?}");
 }
 

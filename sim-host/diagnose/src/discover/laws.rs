@@ -14,6 +14,8 @@ use crate::log_evidence::{RivalEvidence, is_of_library, is_significant};
 use crate::rules::{self, DECISIVE, NAMED};
 use rayon::prelude::*;
 use trueweld_estimate::fit::{FitProblem, Fitted};
+use trueweld_plant::effects::Effect;
+use trueweld_plant::robot::{Channel, Port};
 
 /// Share of what stands out of the floor that a discovery may leave.
 const DISCOVERY_REMAINDER_MAX: f64 = 0.25;
@@ -75,13 +77,16 @@ impl<'a> Library<'a> {
         held_out - rules::DECISIVE_FALL.max(HOLDS * (before - held_out))
     }
 
-    /// True for a law that says what one of its names does in other words: at the same place, with
-    /// predictions that all noise together hides the difference of.
+    /// True for a law that says what one of its names does in other words: at the same place, seen as
+    /// that is, with predictions that all noise together hides the difference of.
     fn names_the_same(&self, law: &FreeFormLaw) -> bool {
-        let at = law.curve.candidate.hypothesis.at;
-        let acts_there =
-            |named: &Fitted| effects_of(named).into_iter().any(|i| named.point.shared[i].at == at);
-        let is_it = |named: &&Fitted| acts_there(named) && distance(named, law.fitted()) < 1.0;
+        let law = law.fitted();
+        let Some(own) = law.point.shared.last() else { return false };
+        let acts_as = |effect: &Effect| effect.at == own.at && seen_as(effect) == seen_as(own);
+        let is_it = |named: &&Fitted| {
+            effects_of(named).into_iter().any(|i| acts_as(&named.point.shared[i]))
+                && distance(named, law) < 1.0
+        };
         self.named.iter().any(is_it)
     }
 
@@ -130,6 +135,14 @@ impl<'a> Library<'a> {
         let least = of_within.chain(of_anything).reduce(|| DECISIVE, f64::max);
         let own = law.evidence(&evidence);
         !partial && own > least && (!self.adequate || is_of_library(own) >= NAMED)
+    }
+}
+
+/// The port of an effect; friction of a motor shows as what the motor reads does.
+fn seen_as(effect: &Effect) -> Option<Port> {
+    match effect.port()? {
+        Port::MotorFriction(_) => Some(Port::SensorChannel(Channel::MotorTorque)),
+        port => Some(port),
     }
 }
 
