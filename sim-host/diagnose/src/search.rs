@@ -283,15 +283,14 @@ pub(super) fn evidence_of_each(ctx: &SearchContext<'_>, fits: &[Fitted]) -> Vec<
 }
 
 /// The best of the fits of a hypothesis from several starts, each in full as long as it promises to
-/// come to the cost `goal`, and as the better one did not come to where the data do not tell it from.
+/// come to the cost `goal`, and as it is not where the better one arrived, to within what noise hides.
 fn fit_in_full(ctx: &SearchContext<'_>, mut fits: Vec<Fitted>, goal: f64) -> Option<Fitted> {
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut best: Option<Fitted> = None;
     for mut fitted in fits {
         let goal = best.as_ref().map_or(goal, |best| best.cost.min(goal));
         let arrives_there = |best: &Fitted| {
-            let told = best.cost + DECISIVE_FALL * rules::variance_inflation(best);
-            best.promised_at(&fitted.point) < told
+            best.termination.is_arrival() && best.promised_at(&fitted.point) < best.cost + 1.0
         };
         if best.as_ref().is_some_and(arrives_there) {
             continue;
