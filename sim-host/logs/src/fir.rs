@@ -134,15 +134,15 @@ impl LowPass {
         taps.iter().enumerate().map(|(j, w)| w * mirrored(&series, last, first + j as isize)).sum()
     }
 
-    /// The first of the samples whose sum a smoothed value is, and each with its weight, where no end of the
-    /// series is near.
+    /// The first of the samples that a smoothed value is the sum of, and each times its weight, where no end
+    /// of the series is near.
     pub fn weighted(&self, series: &[f64], k: usize) -> (usize, Vec<f64>) {
         let first = k - self.half;
         let taps = self.taps[0].iter().zip(&series[first..]);
         (first, taps.map(|(w, x)| w * x).collect())
     }
 
-    /// The same where no end of the series is near. No sum waits for the one before it.
+    /// A value of [`Self::at`] where no end of the series is near. No sum waits for the one before it.
     fn within(&self, derivative: usize, k: usize, series: impl Fn(usize) -> f64) -> f64 {
         let (fours, rest) = self.taps[derivative].as_chunks::<4>();
         let mut sums = [0.0; 4];

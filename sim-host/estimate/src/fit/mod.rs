@@ -202,6 +202,14 @@ pub fn unit(parameter: &Parameter, value: f64) -> f64 {
     }
 }
 
+/// Step in a fit's units from a value to one not far from it, the inverse of [`value_at`].
+fn step_to(parameter: &Parameter, from: f64, to: f64) -> f64 {
+    match parameter.role {
+        Role::Reciprocal { step } => (1.0 / to - 1.0 / from) / step,
+        _ => (to - from) / unit(parameter, from),
+    }
+}
+
 impl FitState {
     /// A point without effects beyond the known.
     pub fn empty(logs: usize) -> Self {

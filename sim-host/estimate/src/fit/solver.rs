@@ -8,7 +8,7 @@ use super::calibration::is_in_proportion;
 use super::{
     BLOCKS, EffectScope, FitProblem, FitState, FreeParameter, Linear, Residuals, SLOPE_STEP,
 };
-use super::{chi_square, count, residuals, residuals_near, slopes, unit, value_at};
+use super::{chi_square, count, residuals, residuals_near, slopes, step_to, value_at};
 use crate::predict::{PredictError, Prediction};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -262,8 +262,7 @@ impl Fitted {
     /// Cost that the slopes promise at another point of the same free values.
     pub fn promised_at(&self, other: &FitState) -> f64 {
         let away = |free: &FreeParameter| {
-            let (parameter, value) = (self.point.parameter(free), self.point.value(free));
-            (other.value(free) - value) / unit(parameter, value)
+            step_to(self.point.parameter(free), self.point.value(free), other.value(free))
         };
         let step = self.point.free.iter().map(away);
         self.linear.cost(&DVector::from_iterator(self.point.free.len(), step))
