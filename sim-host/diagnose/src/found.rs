@@ -305,10 +305,19 @@ fn promised_without(
     fitted: &Fitted,
     index: usize,
 ) -> Option<f64> {
-    let (point, known) = without(fitted, index);
-    let options = SolverOptions::steps(0, known.len());
-    let linear = fit::fit(problem, &point, blocks, &known, options).ok()?.linear;
+    let linear = evaluate_without(problem, blocks, fitted, index)?.linear;
     Some(linear.cost(&linear.solve(None, 0.0, None)?.step))
+}
+
+/// A fit without one of its effects, from where it stands, with the slopes that it has.
+pub(super) fn evaluate_without(
+    problem: &FitProblem,
+    blocks: &[Vec<u8>],
+    fitted: &Fitted,
+    index: usize,
+) -> Option<Fitted> {
+    let (point, known) = without(fitted, index);
+    fit::fit(problem, &point, blocks, &known, SolverOptions::steps(0, known.len())).ok()
 }
 
 /// The point of a fit without one of its effects, and the slopes of what stays free.

@@ -1,6 +1,6 @@
 //! Full fits of the hypotheses that screening leaves, and of pairs of them.
 
-use super::found::{FittedEffect, found_effects, without};
+use super::found::{FittedEffect, evaluate_without, found_effects, without};
 use super::log_evidence::{RivalEvidence, evidence_in_noise, is_of_library, is_significant};
 use super::rules::{self, DECISIVE_FALL, NAMED, noise_excess};
 use super::screen::{ScreenedEffect, Screening, SearchContext, likeliest, screen_again};
@@ -241,9 +241,7 @@ fn in_place_of(
     index: usize,
     (but_for, goal): (&[EffectPlace], f64),
 ) -> Vec<Fitted> {
-    let (point, known) = without(fitted, index);
-    let options = SolverOptions::steps(0, known.len());
-    let Ok(base) = fit::fit(ctx.problem, &point, ctx.blocks, &known, options) else {
+    let Some(base) = evaluate_without(ctx.problem, ctx.blocks, fitted, index) else {
         return Vec::new();
     };
     let beside = SearchContext { null: &base, given: &base, ..*ctx };
@@ -300,7 +298,7 @@ fn fit_in_full(ctx: &SearchContext<'_>, mut fits: Vec<Fitted>, goal: f64) -> Opt
         if goal.is_finite() {
             refit(ctx.problem, ctx.blocks, &mut fitted, others);
         }
-        if !goal.is_finite() || fitted.termination != Termination::Unpromising {
+        if fitted.termination != Termination::Unpromising {
             let full = SolverOptions::full(in_proportion(&fitted.point));
             refit(ctx.problem, ctx.blocks, &mut fitted, SolverOptions { goal, ..full });
         }

@@ -125,13 +125,13 @@ impl LowPass {
         length: usize,
         k: usize,
     ) -> f64 {
-        let taps = &self.taps[derivative];
         if k >= self.half && k + self.half < length {
             return self.within(derivative, k, series);
         }
         let last = length as isize - 1;
         let first = k as isize - self.half as isize;
-        taps.iter().enumerate().map(|(j, w)| w * mirrored(&series, last, first + j as isize)).sum()
+        let taps = self.taps[derivative].iter().enumerate();
+        taps.map(|(j, w)| w * mirrored(&series, last, first + j as isize)).sum()
     }
 
     /// The first of the samples that a smoothed value is the sum of, and each times its weight, where no end

@@ -13,7 +13,7 @@ use crate::found::effects_of;
 use crate::log_evidence::{RivalEvidence, is_of_library, is_significant};
 use crate::rules::{self, DECISIVE, NAMED};
 use rayon::prelude::*;
-use trueweld_estimate::fit::{FitProblem, Fitted};
+use trueweld_estimate::fit::{self, FitProblem, Fitted};
 use trueweld_plant::effects::Effect;
 use trueweld_plant::robot::{Channel, Port};
 
@@ -85,7 +85,7 @@ impl<'a> Library<'a> {
         let acts_as = |effect: &Effect| effect.at == own.at && seen_as(effect) == seen_as(own);
         let is_it = |named: &&Fitted| {
             effects_of(named).into_iter().any(|i| acts_as(&named.point.shared[i]))
-                && distance(named, law) < 1.0
+                && fit::distance(&named.residuals, &law.residuals) < 1.0
         };
         self.named.iter().any(is_it)
     }
@@ -144,13 +144,6 @@ fn seen_as(effect: &Effect) -> Option<Port> {
         Port::MotorFriction(_) => Some(Port::SensorChannel(Channel::MotorTorque)),
         port => Some(port),
     }
-}
-
-/// Sum of the squares by which residuals of two fits differ.
-fn distance(a: &Fitted, b: &Fitted) -> f64 {
-    let logs = a.residuals.iter().zip(&b.residuals);
-    let pairs = logs.flat_map(|(a, b)| a.residual.iter().zip(&b.residual));
-    pairs.map(|(a, b)| (a - b).powi(2)).sum()
 }
 
 /// The evidence that a law needs beside an explanation with so much of it, which predicts by so much

@@ -159,9 +159,7 @@ impl PlannedTrial {
             per_log: vec![Vec::new()],
             free: Vec::new(),
         };
-        let (a, b) = (self.at(&point(a))?, self.at(&point(b))?);
-        let square: f64 =
-            a[0].residual.iter().zip(&b[0].residual).map(|(a, b)| (a - b).powi(2)).sum();
+        let square = fit::distance(&self.at(&point(a))?, &self.at(&point(b))?);
         square.is_finite().then(|| square.sqrt())
     }
 

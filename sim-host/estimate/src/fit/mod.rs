@@ -434,6 +434,12 @@ pub fn residuals_beside(
     at.par_iter().enumerate().map(of_log).collect()
 }
 
+/// Sum of the squares by which all residuals at two points differ.
+pub fn distance(a: &Residuals, b: &Residuals) -> f64 {
+    let pairs = a.iter().zip(b).flat_map(|(a, b)| a.residual.iter().zip(&b.residual));
+    pairs.map(|(a, b)| (a - b).powi(2)).sum()
+}
+
 /// Sum of squares of all residuals.
 pub fn chi_square(residuals: &Residuals) -> f64 {
     residuals.iter().flat_map(|p| &p.residual).map(|r| r * r).sum()
