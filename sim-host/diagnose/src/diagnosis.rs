@@ -11,7 +11,7 @@ use crate::found::{
 use crate::gate::may_be_named;
 use crate::gross_calibration::gross_calibration;
 use crate::log_evidence::{
-    RivalEvidence, exceeds_noise, is_of_library, is_significant, predicts_better,
+    RivalEvidence, exceeds_noise, is_of_library, is_significant, name_price, predicts_better,
 };
 use crate::mountings::{self, Mountings};
 use crate::rules::{
@@ -268,9 +268,7 @@ pub fn diagnose(
         singles[..=k].rotate_right(1);
         progress("looking for more effects", 0.65);
         let mut explained = search::add_effects(&ctx, singles[0].clone());
-        if !explained.is_whole(problem)
-            && let Some((k, others)) = from_another(&ctx, &singles)
-        {
+        if let Some((k, others)) = from_another(&ctx, &singles, &explained) {
             singles[..=k].rotate_right(1);
             explained = others;
         }
@@ -381,18 +379,32 @@ fn is_nameable(ctx: &SearchContext<'_>, before: &Fitted, fitted: &Fitted) -> boo
     may_be_named(ctx.problem, (before, fitted), &effects)
 }
 
-/// An explanation that starts from another single effect than the first and leaves nothing, with the
-/// place of that effect. Of two that are missing each may do less alone than a third that does a part
-/// of both.
-fn from_another(ctx: &SearchContext<'_>, singles: &[Fitted]) -> Option<(usize, Explained)> {
-    let starts = |k: &usize| {
-        is_significant(ctx.problem, ctx.null, &singles[*k])
-            && !has_unseen_wave(ctx.problem, &singles[*k])
+/// The explanation with the most evidence of those that start from another single effect than the
+/// first and leave nothing, where it has more than what the `first` led to or that leaves something;
+/// with the place of that effect. Of two that are missing each may do less alone than a third that does
+/// a part of both, or nearly both.
+fn from_another(
+    ctx: &SearchContext<'_>,
+    singles: &[Fitted],
+    first: &Explained,
+) -> Option<(usize, Explained)> {
+    let is_whole = first.is_whole(ctx.problem);
+    let least = ctx.penalized_cost(first.chosen.last()?) - 2.0 * name_price(ctx.problem);
+    let is_start = |single: &Fitted| {
+        is_significant(ctx.problem, ctx.null, single)
+            && !has_unseen_wave(ctx.problem, single)
+            && (!is_whole || search::promised_beside(ctx, single) < least)
     };
-    (1..singles.len()).filter(starts).take(rules::STARTING_EFFECTS - 1).find_map(|k| {
-        let others = search::add_effects(ctx, singles[k].clone());
-        others.is_whole(ctx.problem).then_some((k, others))
-    })
+    let starts = (1..singles.len()).filter(|k| is_start(&singles[*k]));
+    let led_to = |k: usize| (k, search::add_effects(ctx, singles[k].clone()));
+    let all = starts.take(rules::STARTING_EFFECTS - 1).map(led_to);
+    let mut whole: Vec<_> = all.filter(|(_, others)| others.is_whole(ctx.problem)).collect();
+    let ends = |explained: &Explained| explained.chosen.last().cloned();
+    let mut fits: Vec<Fitted> = whole.iter().filter_map(|(_, others)| ends(others)).collect();
+    fits.extend(ends(first).filter(|_| is_whole));
+    let evidence = search::evidence_of_each(ctx, &fits);
+    let best = (0..fits.len()).max_by(|a, b| evidence[*a].total_cmp(&evidence[*b]))?;
+    (best < whole.len()).then(|| whole.swap_remove(best))
 }
 
 /// True for an explanation that bends to almost anything: whatever fits as well is as likely, and far

@@ -187,7 +187,7 @@ pub(crate) fn exceeds_noise(problem: &FitProblem, before: &Residuals, after: &Re
 /// Description of what one fit has more than another, nats: the logarithm of how many the library
 /// proposes, places and shapes.
 fn price(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> f64 {
-    let proposed = screened_kinds(problem).count().max(1) as f64;
+    let of_name = name_price(problem);
     let name = |effect: &Effect| effect.place();
     let mut known: Vec<_> = null.point.shared.iter().map(name).collect();
     let mut is_new = |effect: &&Effect| {
@@ -196,7 +196,12 @@ fn price(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> f64 {
     };
     let effects = fitted.point.shared.iter().filter(|effect| !is_calibration(effect.kind));
     let new = effects.filter(|effect| is_new(effect));
-    new.map(|effect| proposed.ln() + shape_price(fitted, effect)).sum()
+    new.map(|effect| of_name + shape_price(fitted, effect)).sum()
+}
+
+/// The same of a name alone: how many places of all effects.
+pub(crate) fn name_price(problem: &FitProblem) -> f64 {
+    (screened_kinds(problem).count().max(1) as f64).ln()
 }
 
 /// The logarithm of how many shapes of an effect are told apart.

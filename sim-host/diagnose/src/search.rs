@@ -432,6 +432,15 @@ impl Explained {
     }
 }
 
+/// What slopes promise that the best of the effects beside those of a fit would bring it to cost.
+pub(super) fn promised_beside(ctx: &SearchContext<'_>, fitted: &Fitted) -> f64 {
+    let beside = SearchContext { null: fitted, given: fitted, ..*ctx };
+    let Some(screening) = Screening::of(&beside) else { return f64::INFINITY };
+    let falls = ctx.screened.par_iter().filter_map(|s| screening.weighed_again(s));
+    let fall = falls.map(|s| s.starts[0].1).reduce(|| 0.0, f64::max);
+    ctx.penalized_cost(fitted) - fall
+}
+
 /// Tries others beside a single effect, for as long as one more earns its place.
 pub(super) fn add_effects(ctx: &SearchContext<'_>, single: Fitted) -> Explained {
     let (mut chosen, mut alike) = (vec![single], vec![Vec::new()]);
