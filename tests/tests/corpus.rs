@@ -173,6 +173,15 @@ fn an_effect_of_two_whose_values_bend_with_each_other_is_told_from_nothing() {
 
 #[test]
 #[ignore = "release checklist"]
+fn two_effects_are_told_that_explain_more_than_one_which_leaves_nothing() {
+    // A delay of motor torque beside a leaning base: a friction of A1 leaves nothing that stands out of
+    // the noise, and 47 more of the sum of squares than they do.
+    let judged = of_corpus(60013, 5, &Protocol::short());
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+}
+
+#[test]
+#[ignore = "release checklist"]
 fn of_frictions_that_laws_at_several_ports_explain_as_well_none_is_told_from_the_others() {
     // A cable that pulls at A1's link: the joint passes each angle once, so that three frictions of the
     // library do as well, as do laws of the link's torque, of friction and of what the motor reads. That
