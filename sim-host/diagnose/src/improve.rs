@@ -17,7 +17,7 @@ use crate::found::{FittedEffect, found_beside, found_by_what_is_left, inflate_no
 use crate::log_evidence::{exceeds_noise, predicts_better};
 use crate::rules::{self, parts, score};
 use crate::screen::SearchContext;
-use crate::search::{add_each_effect, refit};
+use crate::search::add_each_effect;
 use trueweld_core::JointVector;
 use trueweld_estimate::fit::calibration::{self, is_calibration};
 use trueweld_estimate::fit::per_log;
@@ -304,7 +304,7 @@ pub fn improve(
     }
     if let Some(mut whole) = path.reached.clone().filter(|_| has_more) {
         // What was found one after the other, fitted together.
-        refit(problem, &blocks, &mut whole, SolverOptions::full(0));
+        whole = fit::resume(problem, &whole, &blocks, SolverOptions::full(0));
         path.try_step(whole, None);
     }
     let ImprovementPath { steps, rejected, mut discovered, reached, .. } = path;

@@ -1,8 +1,10 @@
 //! Full fits of the hypotheses that screening leaves, and of pairs of them.
 
 use super::found::{FittedEffect, evaluate_without, found_effects, without};
-use super::log_evidence::{RivalEvidence, evidence_in_noise, is_of_library, is_significant};
-use super::rules::{self, DECISIVE_FALL, NAMED, noise_excess};
+use super::log_evidence::{
+    RivalEvidence, evidence_in_noise, is_of_library, is_significant, name_price,
+};
+use super::rules::{self, DECISIVE, DECISIVE_FALL, NAMED, noise_excess};
 use super::screen::{ScreenedEffect, Screening, SearchContext, likeliest, screen_again};
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -10,7 +12,7 @@ use std::slice;
 use trueweld_core::JOINTS;
 use trueweld_estimate::fit::calibration::{calibrations, in_proportion, is_calibration};
 use trueweld_estimate::fit::{
-    self, EffectScope, FitProblem, FitState, Fitted, Residuals, SolverOptions, Termination,
+    self, EffectScope, FitProblem, FitState, Fitted, SolverOptions, Termination,
 };
 use trueweld_estimate::predict::{ComparedQuantity, PredictError};
 use trueweld_plant::effects::{Effect, EffectPlace, Location, Role};
@@ -60,7 +62,7 @@ fn starts<'a>(ctx: &SearchContext<'a>, screened: &ScreenedEffect) -> Vec<FitStar
         .into_par_iter()
         .zip(&screened.starts)
         .take(bases)
-        .filter_map(|(base, (effect, _))| start(ctx, base, effect))
+        .filter_map(|(base, promised)| start(ctx, base, promised))
         .collect()
 }
 
@@ -77,67 +79,56 @@ fn fit_roughly(
     starts.par_iter().filter_map(fit).collect()
 }
 
-/// Where a fit of an effect beside `base` starts. Slopes at nothing say little of the size of what
-/// is not in proportion to it, a gap or a loop: several sizes are judged with the calibrations at
-/// their best beside them.
-fn start<'a>(ctx: &SearchContext<'a>, base: &'a Fitted, effect: &Effect) -> Option<FitStart<'a>> {
+/// Where a fit of an effect beside `base` starts, of which slopes promise that the cost `falls`.
+/// Slopes at nothing say little of the size of what is not in proportion to it, a gap or a loop: several
+/// sizes are judged with the calibrations at their best beside them, unless the first keeps the promise.
+fn start<'a>(
+    ctx: &SearchContext<'a>,
+    base: &'a Fitted,
+    (effect, falls): &(Effect, f64),
+) -> Option<FitStart<'a>> {
     let mut with = base.point.clone();
     with.shared.push(effect.clone());
     let last = with.shared.len() - 1;
-    let mut at_size = |factor: f64| {
-        with.shared[last] = scaled(effect, factor);
-        fit::residuals_beside(ctx.problem, &with, (&base.residuals, &with.shared[last])).ok()
+    let mut at_size = |effect: &Effect| {
+        with.shared[last] = effect.clone();
+        let at = fit::residuals_beside(ctx.problem, &with, (&base.residuals, effect)).ok()?;
+        let linear = base.linear.beside(ctx.blocks, &at, &base.slopes);
+        let step = linear.solve(None, 0.0, None)?.step;
+        Some((linear.cost(&step), step))
     };
-    let mut tried: Vec<(f64, Residuals)> = Vec::new();
-    let mut best: Option<(f64, f64, DVector<f64>)> = None;
+    let mut tried: Vec<Effect> = Vec::new();
+    let mut best: Option<(f64, Effect, DVector<f64>)> = None;
     let mut worse = 0;
     for factor in START_SIZE_FACTORS {
-        let same = |f: &f64| scaled(effect, *f).values == scaled(effect, factor).values;
-        if tried.iter().any(|(f, _)| same(f)) {
+        let sized = scaled(effect, factor);
+        if tried.iter().any(|known| known.values == sized.values) {
             continue;
         }
-        let Some(at) = at_size(factor) else { continue };
-        let linear = base.linear.beside(ctx.blocks, &at, &base.slopes);
-        if let Some(step) = linear.solve(None, 0.0, None).map(|solved| solved.step) {
-            let cost = linear.cost(&step);
+        if let Some((cost, step)) = at_size(&sized) {
             worse += 1;
             if best.as_ref().is_none_or(|(least, ..)| cost < *least) {
-                (best, worse) = (Some((cost, factor, step)), 0);
+                (best, worse) = (Some((cost, sized.clone(), step)), 0);
+            }
+            let short = base.cost - cost - falls;
+            if tried.is_empty() && short.abs() <= IN_PROPORTION * falls {
+                break;
             }
         }
-        tried.push((factor, at));
-        if let [(smaller, below), (larger, above)] = tried.as_slice()
-            && follows(&base.residuals, below, above, smaller / larger)
-        {
-            // In proportion: the best size is the one that its slopes gave.
-            break;
-        }
+        tried.push(sized);
         if worse == START_SIZES_WORSE {
             break;
         }
     }
-    let (cost, factor, step) = best?;
+    let (cost, sized, step) = best?;
     let mut point =
         if base.slopes.is_empty() { base.point.clone() } else { base.point.moved(&step) };
-    point.add(scaled(effect, factor));
+    point.add(sized);
     Some(FitStart { point, cost, base })
 }
 
-/// True where residuals change from `base` to `below` by so large a `share` of what they change to
-/// `above`.
-fn follows(base: &Residuals, below: &Residuals, above: &Residuals, share: f64) -> bool {
-    let (mut off, mut all) = (0.0, 0.0);
-    for ((base, below), above) in base.iter().zip(below).zip(above) {
-        for ((r, b), a) in base.residual.iter().zip(&below.residual).zip(&above.residual) {
-            off += (b - r - share * (a - r)).powi(2);
-            all += (share * (a - r)).powi(2);
-        }
-    }
-    off <= IN_PROPORTION * IN_PROPORTION * all
-}
-
-/// Share of a change of residuals to which it is in proportion to a size where no other size needs
-/// to be tried.
+/// Share of the fall that slopes promise by which another is as promised: residuals are in proportion to
+/// the size.
 const IN_PROPORTION: f64 = 0.05;
 
 /// An effect with its sizes so many times as large, within their bounds.
@@ -152,13 +143,14 @@ fn scaled(effect: &Effect, factor: f64) -> Effect {
 }
 
 /// Factors on the size that screening gives, at which a fit may start.
-const START_SIZE_FACTORS: [f64; 6] = [0.4, 1.0, 2.5, 6.0, 15.0, 40.0];
+const START_SIZE_FACTORS: [f64; 6] = [1.0, 0.4, 2.5, 6.0, 15.0, 40.0];
 
-/// Sizes in a row that are worse than one before them, after which no larger one is tried.
+/// Sizes in a row that are worse than one before them, after which no other one is tried.
 const START_SIZES_WORSE: usize = 2;
 
 /// Fits hypotheses, best first: roughly those whose start promises a part of what the best one's
-/// does, in full those that come near the best, the best with new slopes.
+/// does, in full those that come near the best, the best with new slopes; none in full that brings less
+/// than its name costs.
 pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> Vec<Fitted> {
     let in_time = screened.par_iter().filter(|_| !ctx.problem.is_late());
     let cheapest = |fits: Vec<Fitted>| fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -171,20 +163,26 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
     rough.sort_by(|a, b| cost_of(a).total_cmp(&cost_of(b)));
     let mut rough = rough.into_iter();
     let mut fits: Vec<Fitted> = Vec::new();
-    fits.extend(rough.next().and_then(|best| fit_in_full(ctx, best, f64::INFINITY)));
-    let won = fits.first().map_or(0.0, |best| ctx.null.cost - best.cost);
     // What has more values than the calibrations cannot fit worse: one that does has not arrived.
     let arrived = |fits: &[Fitted]| cost_of(fits) <= ctx.null.cost;
+    let counts = ctx.null.cost - 2.0 * (DECISIVE + name_price(ctx.problem));
+    let may_count = |fits: &[Fitted]| cost_of(fits) < counts || !arrived(fits);
+    fits.extend(rough.next().and_then(|best| match may_count(&best) {
+        true => fit_in_full(ctx, best, f64::INFINITY),
+        false => cheapest(best),
+    }));
+    let won = fits.first().map_or(0.0, |best| ctx.null.cost - best.cost);
     let near = |fits: &[Fitted]| cost_of(fits) <= ctx.null.cost - rules::NEAR_BEST_GAIN * won;
+    let goal = counts.min(ctx.null.cost - rules::PROMISED_WIN_SHARE * won);
     let others = rough.collect::<Vec<_>>().into_par_iter().filter_map(|fits| {
-        if near(&fits) || !arrived(&fits) {
-            fit_in_full(ctx, fits, ctx.null.cost - rules::PROMISED_WIN_SHARE * won)
-        } else {
-            cheapest(fits)
+        match may_count(&fits) && (near(&fits) || !arrived(&fits)) {
+            true => fit_in_full(ctx, fits, goal),
+            false => cheapest(fits),
         }
     });
     fits.extend(others.collect::<Vec<_>>());
     let best = fits.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+    let best = best.filter(|best| best.cost < counts);
     for rival in best.map_or(Vec::new(), |best| rivals(ctx, best, &fits)) {
         match fits.iter_mut().find(|known| last_effect(known) == last_effect(&rival)) {
             Some(known) if known.cost <= rival.cost => {}
@@ -199,7 +197,7 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
         .iter()
         .position(|f| f.point.shared.last().is_some_and(|e| is_command_hold(ctx.problem, e)));
     fits.truncate(by_delay.unwrap_or(fits.len()));
-    if let Some(best) = fits.first_mut()
+    if let Some(best) = fits.first_mut().filter(|best| best.cost < counts)
         && let Some(last) = best.point.shared.len().checked_sub(1)
     {
         refit_scaled(ctx.problem, ctx.blocks, best, last);
@@ -254,7 +252,7 @@ fn in_place_of(
     };
     let others = likeliest(screened.iter().filter(is_open), rules::FITTED_BESIDE);
     let fit = |rival: &&ScreenedEffect| {
-        let start = start(&beside, &base, &rival.starts[0].0)?;
+        let start = start(&beside, &base, &rival.starts[0])?;
         // It must promise something at least over what there is without any. What it comes to shows
         // once a step has brought it where its slopes are right.
         let promises = start.cost < ctx.null.cost;
@@ -296,11 +294,12 @@ fn fit_in_full(ctx: &SearchContext<'_>, mut fits: Vec<Fitted>, goal: f64) -> Opt
         // New slopes of its own tell at a few values' cost that it will not come as far.
         let others = SolverOptions { goal, ..SolverOptions::steps(ROUGHLY, calibrated(&fitted)) };
         if goal.is_finite() {
-            refit(ctx.problem, ctx.blocks, &mut fitted, others);
+            fitted = fit::resume(ctx.problem, &fitted, ctx.blocks, others);
         }
         if fitted.termination != Termination::Unpromising {
             let full = SolverOptions::full(in_proportion(&fitted.point));
-            refit(ctx.problem, ctx.blocks, &mut fitted, SolverOptions { goal, ..full });
+            let options = SolverOptions { goal, ..full };
+            fitted = fit::resume(ctx.problem, &fitted, ctx.blocks, options);
         }
         best = match best {
             Some(best) if best.cost <= fitted.cost => Some(best),
@@ -363,8 +362,8 @@ pub(super) fn refit_scaled(
         let Some(better) = best.filter(|b| b.cost < fitted.cost - DECISIVE_FALL * inflation) else {
             break;
         };
-        *fitted = better;
-        refit(problem, blocks, fitted, SolverOptions::full(in_proportion(&fitted.point)));
+        let options = SolverOptions::full(in_proportion(&better.point));
+        *fitted = fit::resume(problem, &better, blocks, options);
     }
 }
 
@@ -378,20 +377,6 @@ fn has_play(problem: &FitProblem, effect: &Effect) -> bool {
 /// Factors on a size by which it is tried aside, and how often.
 const SCALED_FIT_FACTORS: [f64; 6] = [0.8, 0.93, 0.98, 1.02, 1.07, 1.25];
 const SCALED_FIT_ROUNDS: usize = 4;
-
-/// Fits on from where a fit stands.
-pub(crate) fn refit(
-    problem: &FitProblem,
-    blocks: &[Vec<u8>],
-    fitted: &mut Fitted,
-    options: SolverOptions,
-) {
-    if let Ok(better) = fit::fit(problem, &fitted.point, blocks, &fitted.slopes, options)
-        && better.cost <= fitted.cost * (1.0 + 1e-9)
-    {
-        *fitted = better;
-    }
-}
 
 /// The fit without one of its effects, from where it stands; given up where slopes do not promise
 /// the cost `goal`.

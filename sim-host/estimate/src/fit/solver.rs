@@ -150,9 +150,31 @@ pub fn fit(
     known: &[Slopes],
     options: SolverOptions,
 ) -> Result<Fitted, PredictError> {
+    let at = residuals(problem, start)?;
+    Ok(fit_from(problem, (start, at), blocks, known, options))
+}
+
+/// Fits on from where a fit stands, with its slopes.
+pub fn resume(
+    problem: &FitProblem,
+    fitted: &Fitted,
+    blocks: &[Vec<u8>],
+    options: SolverOptions,
+) -> Fitted {
+    let start = (&fitted.point, fitted.residuals.clone());
+    fit_from(problem, start, blocks, &fitted.slopes, options)
+}
+
+/// Fits the free values of a point, given with the residuals there.
+fn fit_from(
+    problem: &FitProblem,
+    (start, at): (&FitState, Residuals),
+    blocks: &[Vec<u8>],
+    known: &[Slopes],
+    options: SolverOptions,
+) -> Fitted {
     let n = start.free.len();
     let stale = options.stale.min(n);
-    let at = residuals(problem, start)?;
     let mut all = known[..known.len().min(n)].to_vec();
     // True where the slopes that are taken more than once are those at the point.
     let mut fresh = all.len() <= stale;
@@ -245,7 +267,7 @@ pub fn fit(
             }
         }
     }
-    Ok(here)
+    here
 }
 
 /// The block of a log, where logs are left out whole.
