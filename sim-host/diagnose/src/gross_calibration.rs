@@ -7,7 +7,7 @@ use super::rules::{self, within_noise};
 use nalgebra::DVector;
 use rayon::prelude::*;
 use trueweld_estimate::fit::calibration::is_calibration;
-use trueweld_estimate::fit::{self, FitProblem, FitState, Fitted, SolverOptions};
+use trueweld_estimate::fit::{self, FitProblem, FitState, Fitted, SolverOptions, Termination};
 use trueweld_plant::effects::Location;
 
 /// The calibrations alone, one of them free to be of any size, where that is all there is to say: it
@@ -44,13 +44,16 @@ pub(super) fn gross_calibration(
     let (_, start) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let near = SolverOptions::steps(FIXED_SLOPE_STEPS, start.free.len());
     let mut fitted = fit::fit(problem, &start, blocks, &[], near).ok()?;
+    let full = SolverOptions { goal: dearest(at), ..SolverOptions::full(0) };
     for _ in 0..RELEASED_FITS_MAX {
         if problem.is_late() {
             return None;
         }
-        fitted = fit::fit(problem, &fitted.point, blocks, &[], SolverOptions::full(0)).ok()?;
-        if fitted.termination.is_arrival() {
-            break;
+        fitted = fit::fit(problem, &fitted.point, blocks, &[], full).ok()?;
+        match fitted.termination {
+            Termination::Unpromising => return None,
+            ended if ended.is_arrival() => break,
+            _ => {}
         }
     }
     // Others may act as it does, each larger than expected: those explain as much, and cost more.

@@ -1,10 +1,8 @@
 //! Full fits of the hypotheses that screening leaves, and of pairs of them.
 
 use super::found::{FittedEffect, evaluate_without, found_effects, without};
-use super::log_evidence::{
-    RivalEvidence, evidence_in_noise, is_of_library, is_significant, name_price,
-};
-use super::rules::{self, DECISIVE, DECISIVE_FALL, NAMED, noise_excess};
+use super::log_evidence::{RivalEvidence, evidence_in_noise, is_of_library, is_significant};
+use super::rules::{self, DECISIVE_FALL, NAMED, noise_excess};
 use super::screen::{ScreenedEffect, Screening, SearchContext, likeliest, screen_again};
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -149,14 +147,14 @@ const START_SIZE_FACTORS: [f64; 6] = [1.0, 0.4, 2.5, 6.0, 15.0, 40.0];
 const START_SIZES_WORSE: usize = 2;
 
 /// Fits hypotheses, best first: roughly those whose start promises a part of what the best one's
-/// does, in full those that come near the best, the best with new slopes; none in full that brings less
-/// than its name costs.
+/// does, in full those that come near the best, the best with new slopes; none in full that says less than
+/// its name costs.
 pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> Vec<Fitted> {
     let in_time = screened.par_iter().filter(|_| !ctx.problem.is_late());
     let cheapest = |fits: Vec<Fitted>| fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
     let all: Vec<Vec<FitStart<'_>>> = in_time.map(|s| starts(ctx, s)).collect();
-    let least = all.iter().flatten().map(|start| start.cost).fold(f64::INFINITY, f64::min);
-    let enough = ctx.null.cost - rules::WORTH_STEPS_GAIN * (ctx.null.cost - least);
+    let promised = all.iter().flatten().map(|start| start.cost).fold(f64::INFINITY, f64::min);
+    let enough = ctx.null.cost - rules::WORTH_STEPS_GAIN * (ctx.null.cost - promised);
     let steps = |start: &FitStart<'_>| if start.cost <= enough { ROUGHLY } else { 0 };
     let mut rough: Vec<Vec<Fitted>> =
         all.par_iter().map(|starts| fit_roughly(ctx, starts, steps)).collect();
@@ -165,15 +163,19 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
     let mut fits: Vec<Fitted> = Vec::new();
     // What has more values than the calibrations cannot fit worse: one that does has not arrived.
     let arrived = |fits: &[Fitted]| cost_of(fits) <= ctx.null.cost;
-    let counts = ctx.null.cost - 2.0 * (DECISIVE + name_price(ctx.problem));
-    let may_count = |fits: &[Fitted]| cost_of(fits) < counts || !arrived(fits);
+    let Some(first) = rough.as_slice().first().and_then(|fits| least(fits)) else {
+        return Vec::new();
+    };
+    let evidence = RivalEvidence::over(ctx.problem, ctx.null, &first.residuals);
+    let pays = |fitted: &Fitted| evidence.of(fitted) > 0.0;
+    let may_count = |fits: &[Fitted]| !arrived(fits) || least(fits).is_some_and(pays);
     fits.extend(rough.next().and_then(|best| match may_count(&best) {
         true => fit_in_full(ctx, best, f64::INFINITY),
         false => cheapest(best),
     }));
     let won = fits.first().map_or(0.0, |best| ctx.null.cost - best.cost);
     let near = |fits: &[Fitted]| cost_of(fits) <= ctx.null.cost - rules::NEAR_BEST_GAIN * won;
-    let goal = counts.min(ctx.null.cost - rules::PROMISED_WIN_SHARE * won);
+    let goal = ctx.null.cost - rules::PROMISED_WIN_SHARE * won;
     let others = rough.collect::<Vec<_>>().into_par_iter().filter_map(|fits| {
         match may_count(&fits) && (near(&fits) || !arrived(&fits)) {
             true => fit_in_full(ctx, fits, goal),
@@ -181,8 +183,7 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
         }
     });
     fits.extend(others.collect::<Vec<_>>());
-    let best = fits.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
-    let best = best.filter(|best| best.cost < counts);
+    let best = least(&fits).filter(|best| is_significant(ctx.problem, ctx.null, best));
     for rival in best.map_or(Vec::new(), |best| rivals(ctx, best, &fits)) {
         match fits.iter_mut().find(|known| last_effect(known) == last_effect(&rival)) {
             Some(known) if known.cost <= rival.cost => {}
@@ -197,7 +198,7 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
         .iter()
         .position(|f| f.point.shared.last().is_some_and(|e| is_command_hold(ctx.problem, e)));
     fits.truncate(by_delay.unwrap_or(fits.len()));
-    if let Some(best) = fits.first_mut().filter(|best| best.cost < counts)
+    if let Some(best) = fits.first_mut().filter(|best| pays(best))
         && let Some(last) = best.point.shared.len().checked_sub(1)
     {
         refit_scaled(ctx.problem, ctx.blocks, best, last);
@@ -271,9 +272,7 @@ pub(super) fn by_evidence(ctx: &SearchContext<'_>, fits: Vec<Fitted>) -> Vec<Fit
 
 /// Evidence of fits beside the calibrations, by the noise of what the cheapest leaves.
 pub(super) fn evidence_of_each(ctx: &SearchContext<'_>, fits: &[Fitted]) -> Vec<f64> {
-    let Some(cheapest) = fits.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) else {
-        return Vec::new();
-    };
+    let Some(cheapest) = least(fits) else { return Vec::new() };
     let evidence = RivalEvidence::over(ctx.problem, ctx.null, &cheapest.residuals);
     fits.par_iter().map(|fitted| evidence.of(fitted)).collect()
 }
@@ -315,9 +314,14 @@ fn calibrated(fitted: &Fitted) -> usize {
     fitted.point.free.iter().take_while(|free| free.of != last).count()
 }
 
+/// The one of some fits that costs least.
+fn least(fits: &[Fitted]) -> Option<&Fitted> {
+    fits.iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
+}
+
 /// Cost of the best of some fits.
 fn cost_of(fits: &[Fitted]) -> f64 {
-    fits.iter().map(|f| f.cost).fold(f64::INFINITY, f64::min)
+    least(fits).map_or(f64::INFINITY, |best| best.cost)
 }
 
 /// Steps of a rough fit.

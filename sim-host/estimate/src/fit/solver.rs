@@ -4,7 +4,7 @@
 //! what a step brings. They are taken anew where it does not, and before a fit counts as converged.
 
 use super::Slopes;
-use super::calibration::is_in_proportion;
+use super::calibration::{in_proportion, is_in_proportion};
 use super::{
     BLOCKS, EffectScope, FitProblem, FitState, FreeParameter, Linear, Residuals, SLOPE_STEP,
 };
@@ -175,6 +175,8 @@ fn fit_from(
 ) -> Fitted {
     let n = start.free.len();
     let stale = options.stale.min(n);
+    // Where slopes are kept that bend, those that hardly do are too.
+    let is_rough = stale > in_proportion(start);
     let mut all = known[..known.len().min(n)].to_vec();
     // True where the slopes that are taken more than once are those at the point.
     let mut fresh = all.len() <= stale;
@@ -210,7 +212,8 @@ fn fit_from(
             // Where the next slopes would hardly bring more than these did.
             let enough = RELATIVE_DECREASE_MIN * (here.cost - count(&here.residuals) as f64);
             if (converged && fresh) || taken_at - here.cost < enough {
-                let touched = touched_at - here.cost <= enough.max(CONVERGED_DECREASE * inflation);
+                let touched = is_rough
+                    || touched_at - here.cost <= enough.max(CONVERGED_DECREASE * inflation);
                 if touched || !here.retouch(problem, blocks) {
                     here.termination = if converged && fresh {
                         Termination::Converged
