@@ -44,6 +44,9 @@ const EVEN_SPACING_SHARE: f64 = 0.7;
 /// Share of the range by which places by how often a variable is there must be away from even ones.
 const SELDOM: f64 = 0.4;
 
+/// Ways over which loops turn round, as shares of the range of their variable.
+pub(super) const LOOP_WIDTH_SHARES: [f64; 5] = [0.003, 0.01, 0.03, 0.1, 0.3];
+
 /// How much a curve may bend from place to place, as shares of its largest value.
 const BENDS: [f64; 7] = [0.001, 0.004, 0.015, 0.05, 0.15, 0.5, 2.0];
 
@@ -391,6 +394,14 @@ pub(super) fn fit_curve(
 }
 
 impl FittedCurve {
+    /// The logarithm of how many shapes of it are tried, nats: how it bends, how its places lie, and over
+    /// which way a loop turns round.
+    pub(crate) fn shape_price(&self, context: &DiscoveryContext<'_>) -> f64 {
+        let layouts = self.candidate.layouts(context).len().max(1);
+        let widths = self.candidate.hypothesis.turns_over.map_or(1, |_| LOOP_WIDTH_SHARES.len());
+        ((BENDS.len() * layouts * widths) as f64).ln()
+    }
+
     /// The same as a loop of another width, where that predicts blocks left out as well: a loop is
     /// screened for a few widths only.
     pub(crate) fn turning_over(&self, context: &DiscoveryContext<'_>, width: f64) -> Option<Self> {

@@ -3,7 +3,7 @@
 
 use super::context::DiscoveryContext;
 use super::curve::{CurveCandidate, FittedCurve, SPRING};
-use super::hypotheses::{Hypothesis, replaced};
+use super::hypotheses::{self, Hypothesis, replaced};
 use crate::rules;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -209,9 +209,14 @@ static SURFACE_FORMS: &[FormulaForm] = &[
     ),
 ];
 
-/// How many descriptions there are of a curve or a surface, and of a loop that may stand in its place:
-/// itself, and each formula.
-pub(super) fn descriptions(hypothesis: &Hypothesis) -> usize {
+/// How many laws are proposed: every curve and surface, and each loop that may stand in its place, as
+/// itself and as each formula.
+pub(super) fn laws_proposed() -> usize {
+    let all = hypotheses::all().into_iter().chain(hypotheses::surfaces());
+    all.map(|hypothesis| descriptions(&hypothesis)).sum()
+}
+
+fn descriptions(hypothesis: &Hypothesis) -> usize {
     let own = 1 + forms(false, hypothesis.across.is_some()).len();
     own + if hypothesis.may_be_loop() { 1 + LOOP_FORMS.len() } else { 0 }
 }

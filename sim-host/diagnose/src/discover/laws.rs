@@ -218,6 +218,9 @@ pub(super) struct FreeFormLaw {
     is_formula: bool,
     /// Sum of squares of these, by the better of the two.
     held_out: f64,
+    /// The logarithm of how many laws are proposed, nats: free curves and surfaces, each formula in their
+    /// place, and the shapes of the one that it is.
+    description: f64,
 }
 
 impl FreeFormLaw {
@@ -228,7 +231,12 @@ impl FreeFormLaw {
         let of_curve = curve.fitted.held_out();
         let of_formula = formula.as_ref().map_or(f64::INFINITY, |law| law.fitted.held_out());
         let (is_formula, held_out) = (of_formula < of_curve, of_formula.min(of_curve));
-        Some(Self { curve, formula, is_formula, held_out })
+        let shapes = match formula.as_ref().filter(|_| is_formula) {
+            Some(formula) => formula.shape_price(&curve),
+            None => curve.shape_price(context),
+        };
+        let description = (grammar::laws_proposed() as f64).ln() + shapes;
+        Some(Self { curve, formula, is_formula, held_out, description })
     }
 
     /// The one of the two that predicts blocks better that were left out.
@@ -239,16 +247,7 @@ impl FreeFormLaw {
 
     /// Evidence for it, nats.
     fn evidence(&self, over: &RivalEvidence<'_>) -> f64 {
-        over.gain(self.fitted()) - self.description()
-    }
-
-    /// The logarithm of how many laws are proposed, nats: free curves and surfaces, each formula in their
-    /// place, and its shapes.
-    fn description(&self) -> f64 {
-        let of = |all: Vec<Hypothesis>| all.iter().map(grammar::descriptions).sum::<usize>();
-        let proposed = of(hypotheses::all()) + of(hypotheses::surfaces());
-        let formula = self.formula.as_ref().filter(|_| self.is_formula);
-        (proposed as f64).ln() + formula.map_or(0.0, |formula| formula.shape_price(&self.curve))
+        over.gain(self.fitted()) - self.description
     }
 
     /// True where it predicts more than another law by more than chance.

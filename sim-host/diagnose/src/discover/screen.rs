@@ -2,7 +2,7 @@
 //! variable there, screened with the slopes of a constant at the port, as if every row stood still.
 
 use super::context::DiscoveryContext;
-use super::curve::{CurveCandidate, KnotLayout, SCREENED_KNOTS, Smooth, smooth};
+use super::curve::{CurveCandidate, KnotLayout, LOOP_WIDTH_SHARES, SCREENED_KNOTS, Smooth, smooth};
 use super::grammar::{self, ValuedFormula};
 use super::hypotheses::{self, Hypothesis};
 use super::variables::LogRows;
@@ -157,9 +157,6 @@ pub(super) fn curves(context: &DiscoveryContext<'_>, ports: &[PortSlopes]) -> Ve
     found.extend(loops.into_iter().flatten());
     found
 }
-
-/// Ways over which loops turn round, as shares of the range of their variable.
-const LOOP_WIDTH_SHARES: [f64; 5] = [0.003, 0.01, 0.03, 0.1, 0.3];
 
 /// Slopes of all residuals by a constant at a port, in its unit; `None` where no log shows it. What
 /// swings does not answer at once: a ring-down says nothing here.
