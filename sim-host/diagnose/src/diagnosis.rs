@@ -437,8 +437,7 @@ fn verdict(problem: &FitProblem, null: &Fitted, chosen: &[Fitted]) -> DiagnosisV
     let excess = noise_excess(problem, &best.residuals);
     let left = excess / noise_excess(problem, &null.residuals).max(1.0);
     let score = (fit::chi_square(&best.residuals) / noise_chi_square(problem).max(1.0)).sqrt();
-    // Two effects together bend to much that neither is: they must come near.
-    let mostly = score < rules::TOO_FAR && left < rules::REMAINING_SHARE_MAX && chosen.len() < 2;
+    let mostly = score < rules::TOO_FAR && left < rules::REMAINING_SHARE_MAX;
     let explained = mostly || excess == 0.0;
     if explained && !fits_anything(problem, best) {
         DiagnosisVerdict::EffectFound
