@@ -182,6 +182,22 @@ fn two_effects_are_told_that_explain_more_than_one_which_leaves_nothing() {
 
 #[test]
 #[ignore = "release checklist"]
+fn two_effects_may_leave_as_little_as_one() {
+    // A delay of the tracker and harmonics of the spindle: they leave 0.3 % of what stood out of the noise.
+    let judged = of_corpus(90127, 55, &Protocol::short());
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+}
+
+#[test]
+#[ignore = "release checklist"]
+fn a_curve_pays_for_how_it_bends() {
+    // A Stribeck friction, which a curve over the same rate draws and follows the noise besides.
+    let judged = of_corpus(90127, 250, &Protocol::short());
+    assert_eq!(judged.outcome, Outcome::Right, "{judged:#?}");
+}
+
+#[test]
+#[ignore = "release checklist"]
 fn of_frictions_that_laws_at_several_ports_explain_as_well_none_is_told_from_the_others() {
     // A cable that pulls at A1's link: the joint passes each angle once, so that three frictions of the
     // library do as well, as do laws of the link's torque, of friction and of what the motor reads. That
