@@ -77,17 +77,13 @@ impl<'a> Library<'a> {
         held_out - rules::DECISIVE_FALL.max(HOLDS * (before - held_out))
     }
 
-    /// True for a law that says what one of its names does in other words: at the same place, seen as
-    /// that is, with predictions that all noise together hides the difference of.
-    fn names_the_same(&self, law: &FreeFormLaw) -> bool {
-        let law = law.fitted();
-        let Some(own) = law.point.shared.last() else { return false };
+    /// True for a law that has a name among its shapes, at the same place, seen as that is: it says the same
+    /// in other words.
+    fn says_the_same(&self, law: &FreeFormLaw, named: &Fitted) -> bool {
+        let Some(own) = law.fitted().point.shared.last() else { return false };
         let acts_as = |effect: &Effect| effect.at == own.at && seen_as(effect) == seen_as(own);
-        let is_it = |named: &&Fitted| {
-            effects_of(named).into_iter().any(|i| acts_as(&named.point.shared[i]))
-                && fit::distance(&named.residuals, &law.residuals) < 1.0
-        };
-        self.named.iter().any(is_it)
+        effects_of(named).into_iter().any(|i| acts_as(&named.point.shared[i]))
+            && law.holds(self.problem, named)
     }
 
     /// What other laws leave of its names: of those at one port the likeliest counts, for the others say
@@ -98,12 +94,19 @@ impl<'a> Library<'a> {
         let evidence = RivalEvidence::over(self.problem, self.null, &cheapest.residuals);
         let within: Vec<f64> = self.named.par_iter().map(|fitted| evidence.of(fitted)).collect();
         let best = within.iter().copied().reduce(f64::max)?;
+        // What such a law follows besides a name is noise, unless it says more by more than chance.
+        let is_no_rival = |law: &FreeFormLaw, own: f64| {
+            let mut names = self.named.iter().zip(&within);
+            names.any(|(named, evidence)| {
+                own < evidence + DECISIVE && self.says_the_same(law, named)
+            })
+        };
         let of_law = |law: &FreeFormLaw| {
             let Hypothesis { port, at, .. } = law.curve.candidate.hypothesis;
-            ((port, at), law.evidence(&evidence))
+            let own = law.evidence(&evidence);
+            (!is_no_rival(law, own)).then_some(((port, at), own))
         };
-        let others = laws.par_iter().filter(|law| !self.names_the_same(law));
-        let mut outside: Vec<(PortAt, f64)> = others.map(of_law).collect();
+        let mut outside: Vec<(PortAt, f64)> = laws.par_iter().filter_map(of_law).collect();
         outside.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut of_port: Vec<(PortAt, f64)> = Vec::new();
         for (port, evidence) in outside {
@@ -243,6 +246,23 @@ impl FreeFormLaw {
     pub(crate) fn fitted(&self) -> &Fitted {
         let formula = self.formula.as_ref().filter(|_| self.is_formula);
         formula.map_or(&self.curve.fitted, |law| &law.fitted)
+    }
+
+    /// True where one of its shapes predicts what another fit does: all noise together hides the
+    /// difference.
+    fn holds(&self, problem: &FitProblem, other: &Fitted) -> bool {
+        let all = self.formula.iter().map(|formula| &formula.fitted).chain([&self.curve.fitted]);
+        let mut left = all.filter_map(|own| {
+            let mut apart = own.residuals.clone();
+            for (apart, other) in apart.iter_mut().zip(&other.residuals) {
+                apart.residual.iter_mut().zip(&other.residual).for_each(|(a, b)| *a -= b);
+            }
+            let mut linear = own.linear.beside(&fit::blocks_of(problem), &apart, &own.slopes);
+            linear.prior.fill(0.0);
+            linear.away.fill(0.0);
+            Some(linear.after(&linear.solve(None, 0.0, None)?.step))
+        });
+        left.any(|left| left < 1.0)
     }
 
     /// Evidence for it, nats.
