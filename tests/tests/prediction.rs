@@ -106,6 +106,36 @@ fn a_tool_that_hangs_free_in_a_gap_is_where_it_was_seen() {
     assert!((effects[0].effect.values[0] / play.values[0] - 1.0).abs() < 0.1, "{effects:?}");
 }
 
+#[test]
+fn a_firm_plate_makes_as_much_more_of_the_tracker_s_noise_as_is_said() {
+    let firm = effect("process-stiffness-error", Location::Cell, &[2.45]);
+    // Squares of a column of the slow force as it is weighed, and over the noise that the model makes, and
+    // how many.
+    let mut sums = [[0.0; 3]; 3];
+    for seed in [1, 2, 3] {
+        let protocol = Protocol { postures: 0, rings: 0, free: 0.0, ..Protocol::usual() };
+        let recipe = Recipe { protocol, noise: 3.0, ..Recipe::plain(seed) };
+        let ready = ready(&recipe.with_effect(firm.clone())).expect("the campaign is made");
+        let problem = &ready.problem;
+        for (experiment, at) in problem.logs.iter().zip(predicted(&ready, slice::from_ref(&firm))) {
+            let factors = experiment.noise_factors(&problem.model, slice::from_ref(&firm));
+            let factors = factors.expect("it can be driven").expect("a weld").deviation;
+            for ((c, r), by) in experiment.compared.iter().zip(&at.residual).zip(factors) {
+                if c.quantity == ComparedQuantity::Force {
+                    let sum = &mut sums[usize::from(c.component)];
+                    [r * r, (r / by).powi(2), 1.0]
+                        .iter()
+                        .zip(sum)
+                        .for_each(|(one, sum)| *sum += one);
+                }
+            }
+        }
+    }
+    let scores = sums.map(|[as_weighed, own, count]| [as_weighed, own].map(|s| (s / count).sqrt()));
+    assert!(scores[2][0] > 1.7, "{scores:?}");
+    assert!(scores.iter().all(|[_, own]| (0.8..1.2).contains(own)), "{scores:?}");
+}
+
 /// A campaign with friction in a gear that carries the arm, and what the truth leaves of it: score of
 /// each channel of each log.
 fn left_where_a_gear_remembers() -> Vec<(LogKind, &'static str, f64)> {

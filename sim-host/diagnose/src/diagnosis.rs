@@ -652,7 +652,7 @@ fn weigh(
     let Some(first) = fits.first() else {
         return;
     };
-    let evidence = RivalEvidence::over(ctx.problem, ctx.null, &first.residuals);
+    let evidence = RivalEvidence::over(ctx.problem, ctx.null, first);
     for (candidate, fitted) in candidates.iter_mut().zip(fits) {
         candidate.evidence = evidence.of(fitted);
     }

@@ -18,8 +18,10 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use trueweld_estimate::fit::calibration::is_calibration;
 use trueweld_estimate::fit::covariance::{columns, long_run_ratios};
-use trueweld_estimate::fit::{self, FitProblem, Fitted, Residuals};
-use trueweld_estimate::predict::{Compared, ComparedQuantity, Prediction, PreparedLog};
+use trueweld_estimate::fit::{self, FitProblem, FitState, Fitted, Residuals};
+use trueweld_estimate::predict::{
+    Compared, ComparedQuantity, NoiseFactors, Prediction, PreparedLog,
+};
 use trueweld_plant::effects::{Effect, Location, Parameter, Role};
 
 /// Probability that an explanation with so much evidence, nats, is no neighbour of something outside
@@ -47,27 +49,44 @@ struct RivalNoise<'p> {
     problem: &'p FitProblem,
     blocks: Vec<Vec<u8>>,
     precision: Vec<Vec<f64>>,
+    /// How many independent values each is worth.
+    worth: Vec<Vec<f64>>,
+}
+
+/// Residuals over noise that may be larger than they were weighed by.
+fn over(residual: &[f64], factors: Option<&NoiseFactors>) -> Vec<f64> {
+    match factors {
+        Some(NoiseFactors { deviation, .. }) => {
+            residual.iter().zip(deviation).map(|(r, by)| r / by).collect()
+        }
+        None => residual.to_vec(),
+    }
 }
 
 impl<'p> RivalNoise<'p> {
     /// Of what the best rival leaves.
-    fn left_by(problem: &'p FitProblem, best: &Residuals) -> Self {
+    fn left_by(problem: &'p FitProblem, best: &Fitted) -> Self {
         Self::at_least(problem, best, |_| 1.0)
     }
 
     /// The same; `least`: the least variance of a value, as a share of what it was weighed by.
-    fn at_least(
+    fn at_least(problem: &'p FitProblem, best: &Fitted, least: impl Fn(&Compared) -> f64) -> Self {
+        let factors = fit::noise_factors(problem, &best.point);
+        Self::of_residuals(problem, (&best.residuals, &factors), least)
+    }
+
+    fn of_residuals(
         problem: &'p FitProblem,
-        best: &Residuals,
+        (best, factors): (&Residuals, &[Option<NoiseFactors>]),
         least: impl Fn(&Compared) -> f64,
     ) -> Self {
         let columns = columns(problem);
         let of_log = |(log, experiment): (usize, &PreparedLog)| {
-            let left = &best[log].residual;
+            let left = over(&best[log].residual, factors[log].as_ref());
             let weights = evidence_weights(&experiment.compared);
-            let ratios = long_run_ratios(&columns[log], left);
+            let ratios = long_run_ratios(&columns[log], &left);
             let mut sums: BTreeMap<(ComparedQuantity, u8), (f64, f64)> = BTreeMap::new();
-            for (c, r) in experiment.compared.iter().zip(left) {
+            for (c, r) in experiment.compared.iter().zip(&left) {
                 let sum = sums.entry((c.quantity, c.component)).or_default();
                 *sum = (sum.0 + r * r, sum.1 + 1.0);
             }
@@ -88,28 +107,44 @@ impl<'p> RivalNoise<'p> {
                 let variance = (known * least + square / ratio[k]) / (known + worth);
                 1.0 / (variance.max(least) * ratio[k])
             };
-            (0..left.len()).map(of_value).collect()
+            let precision: Vec<f64> = (0..left.len()).map(of_value).collect();
+            (precision, ratio.iter().map(|ratio| ratio.recip()).collect())
         };
-        Self {
-            problem,
-            blocks: fit::blocks_of(problem),
-            precision: problem.logs.iter().enumerate().map(of_log).collect(),
-        }
+        let (precision, worth) = problem.logs.iter().enumerate().map(of_log).unzip();
+        Self { problem, blocks: fit::blocks_of(problem), precision, worth }
     }
 
-    /// How well a fit predicts blocks that are left out of it, nats.
+    /// How well a fit predicts blocks that are left out of it, nats: in the noise that its model makes.
     fn log_score(&self, fitted: &Fitted) -> f64 {
-        fitted.log_score_from_others(&self.blocks, &self.precision)
-            + self.not_evidence(&fitted.residuals)
+        let factors = fit::noise_factors(self.problem, &fitted.point);
+        let is_as_weighed = |by: &NoiseFactors| by.deviation.iter().all(|by| *by == 1.0);
+        let score = match factors.iter().flatten().all(is_as_weighed) {
+            true => fitted.log_score_from_others(&self.blocks, &self.precision),
+            false => {
+                let own = fitted.over(&self.blocks, &factors);
+                own.log_score_from_others(&self.blocks, &self.precision) - self.wider(&factors)
+            }
+        };
+        score + self.not_evidence(&fitted.residuals)
     }
 
     /// The same of a model that was not fitted to the logs.
-    fn log_score_as_given(&self, at: &Residuals) -> f64 {
-        let of_log = |(at, precision): (&Prediction, &Vec<f64>)| {
-            at.residual.iter().zip(precision).map(|(r, w)| w * r * r).sum::<f64>()
+    fn log_score_as_given(&self, at: &Residuals, factors: &[Option<NoiseFactors>]) -> f64 {
+        let of_log = |(log, precision): (usize, &Vec<f64>)| {
+            let left = over(&at[log].residual, factors[log].as_ref());
+            left.iter().zip(precision).map(|(r, w)| w * r * r).sum::<f64>()
         };
-        let squares: f64 = at.iter().zip(&self.precision).map(of_log).sum();
-        self.not_evidence(at) - 0.5 * squares
+        let squares: f64 = self.precision.iter().enumerate().map(of_log).sum();
+        self.not_evidence(at) - 0.5 * squares - self.wider(factors)
+    }
+
+    /// What a log score loses by values that are less certain by such factors.
+    fn wider(&self, factors: &[Option<NoiseFactors>]) -> f64 {
+        let of_log = |(worth, by): (&Vec<f64>, &Option<NoiseFactors>)| -> f64 {
+            let each = worth.iter().zip(by.iter().flat_map(|by| &by.spread));
+            each.map(|(worth, by)| worth * by.ln()).sum()
+        };
+        self.worth.iter().zip(factors).map(of_log).sum()
     }
 
     /// The part of a log score that is no evidence: links that are put where they were seen are put there
@@ -131,7 +166,7 @@ pub(crate) struct RivalEvidence<'a> {
 
 impl<'a> RivalEvidence<'a> {
     /// Over `null`, by the noise of what `best` leaves.
-    pub(crate) fn over(problem: &'a FitProblem, null: &'a Fitted, best: &Residuals) -> Self {
+    pub(crate) fn over(problem: &'a FitProblem, null: &'a Fitted, best: &Fitted) -> Self {
         Self::in_noise(RivalNoise::left_by(problem, best), null)
     }
 
@@ -153,14 +188,14 @@ impl<'a> RivalEvidence<'a> {
 /// True where a fit with more effects than another explains more than chance makes of any that were
 /// tried, on blocks that were left out.
 pub(crate) fn is_significant(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> bool {
-    RivalEvidence::over(problem, null, &fitted.residuals).of(fitted) > DECISIVE
+    RivalEvidence::over(problem, null, fitted).of(fitted) > DECISIVE
 }
 
 /// Evidence for what a fit with more effects has more than another, by the noise alone: an accuracy
 /// that is asked for says what matters, not what shows.
 pub(crate) fn evidence_in_noise(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> f64 {
     let of_noise = |c: &Compared| 1.0 - (c.accuracy / c.deviation).powi(2);
-    let noise = RivalNoise::at_least(problem, &fitted.residuals, of_noise);
+    let noise = RivalNoise::at_least(problem, fitted, of_noise);
     RivalEvidence::in_noise(noise, null).of(fitted)
 }
 
@@ -172,16 +207,24 @@ pub(crate) fn predicts_better(
     before: Option<&Fitted>,
     fitted: &Fitted,
 ) -> bool {
-    let noise = RivalNoise::left_by(problem, &fitted.residuals);
-    let before = before.map_or_else(|| noise.log_score_as_given(given), |f| noise.log_score(f));
+    let noise = RivalNoise::left_by(problem, fitted);
+    let before = match before {
+        Some(before) => noise.log_score(before),
+        None => {
+            let known = FitState::empty(problem.logs.len());
+            noise.log_score_as_given(given, &fit::noise_factors(problem, &known))
+        }
+    };
     noise.log_score(fitted) - before > DECISIVE
 }
 
 /// The same of residuals as they are, of two models that were not fitted to them by more than a few
 /// values.
 pub(crate) fn exceeds_noise(problem: &FitProblem, before: &Residuals, after: &Residuals) -> bool {
-    let noise = RivalNoise::left_by(problem, after);
-    noise.log_score_as_given(after) - noise.log_score_as_given(before) > DECISIVE
+    let nowhere = vec![None; after.len()];
+    let noise = RivalNoise::of_residuals(problem, (after, &nowhere), |_| 1.0);
+    let score = |at: &Residuals| noise.log_score_as_given(at, &nowhere);
+    score(after) - score(before) > DECISIVE
 }
 
 /// Description of what one fit has more than another, nats: the logarithm of how many the library

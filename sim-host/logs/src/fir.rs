@@ -109,10 +109,10 @@ impl LowPass {
         self.taps[derivative].iter().map(|w| w * w).sum()
     }
 
-    /// Covariance of two smoothed values so many samples apart per variance of the white noise of the
-    /// series.
-    pub fn covariance(&self, lag: usize) -> f64 {
-        let taps = &self.taps[0];
+    /// Covariance of the `derivative`th derivative of a smoothed series at two samples so far apart, per
+    /// variance of its white noise.
+    pub fn covariance(&self, derivative: usize, lag: usize) -> f64 {
+        let taps = &self.taps[derivative];
         taps.iter().zip(taps.get(lag..).unwrap_or_default()).map(|(a, b)| a * b).sum()
     }
 

@@ -13,7 +13,7 @@ use crate::found::effects_of;
 use crate::log_evidence::{RivalEvidence, is_of_library, is_significant};
 use crate::rules::{self, DECISIVE, NAMED};
 use rayon::prelude::*;
-use trueweld_estimate::fit::{self, FitProblem, Fitted};
+use trueweld_estimate::fit::{self, EffectScope, FitProblem, Fitted};
 use trueweld_plant::effects::Effect;
 use trueweld_plant::robot::{Channel, Port};
 
@@ -91,7 +91,7 @@ impl<'a> Library<'a> {
     fn beside(&self, laws: &[FreeFormLaw]) -> Option<LibraryShare> {
         let fits = self.named.iter().copied().chain(laws.iter().map(FreeFormLaw::fitted));
         let cheapest = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-        let evidence = RivalEvidence::over(self.problem, self.null, &cheapest.residuals);
+        let evidence = RivalEvidence::over(self.problem, self.null, cheapest);
         let within: Vec<f64> = self.named.par_iter().map(|fitted| evidence.of(fitted)).collect();
         let best = within.iter().copied().reduce(f64::max)?;
         // What such a law follows besides a name is noise, unless it says more by more than chance.
@@ -127,18 +127,38 @@ impl<'a> Library<'a> {
     /// anything, which it would do too if it were right. One where nothing is missing must show as an
     /// effect does.
     fn is_bettered_by(&self, law: &FreeFormLaw) -> bool {
-        let partial = rules::noise_excess(self.problem, &law.fitted().residuals)
+        self.is_bettered_by_fit(law.fitted(), law.description)
+    }
+
+    /// The same of a formula in the place of a law's curve.
+    pub(super) fn is_bettered_by_formula(
+        &self,
+        law: &FreeFormLaw,
+        formula: &FittedFormula,
+    ) -> bool {
+        self.is_bettered_by_fit(&formula.fitted, description(formula.shape_price(&law.curve)))
+    }
+
+    /// The same of a fit of a law with such a description, nats.
+    fn is_bettered_by_fit(&self, fitted: &Fitted, description: f64) -> bool {
+        let partial = rules::noise_excess(self.problem, &fitted.residuals)
             > DISCOVERY_REMAINDER_MAX * self.noise_excess;
-        let evidence = RivalEvidence::over(self.problem, self.null, &law.fitted().residuals);
+        let evidence = RivalEvidence::over(self.problem, self.null, fitted);
         let to_better = |fitted: &&Fitted| {
             needed([evidence.of(fitted), evidence.gain(fitted)], self.within_noise)
         };
         let of_within = self.within.par_iter().map(to_better);
         let of_anything = self.fit_anything.par_iter().map(|fitted| evidence.of(fitted));
         let least = of_within.chain(of_anything).reduce(|| DECISIVE, f64::max);
-        let own = law.evidence(&evidence);
+        let own = evidence.gain(fitted) - description;
         !partial && own > least && (!self.adequate || is_of_library(own) >= NAMED)
     }
+}
+
+/// The logarithm of how many laws are proposed, and shapes of this one, nats: free curves and surfaces, and
+/// each formula in their place.
+fn description(shapes: f64) -> f64 {
+    (grammar::laws_proposed() as f64).ln() + shapes
 }
 
 /// The port of an effect; friction of a motor shows as what the motor reads does.
@@ -221,8 +241,7 @@ pub(super) struct FreeFormLaw {
     is_formula: bool,
     /// Sum of squares of these, by the better of the two.
     held_out: f64,
-    /// The logarithm of how many laws are proposed, nats: free curves and surfaces, each formula in their
-    /// place, and the shapes of the one that it is.
+    /// What describes the one that it is, nats.
     description: f64,
 }
 
@@ -238,8 +257,7 @@ impl FreeFormLaw {
             Some(formula) => formula.shape_price(&curve),
             None => curve.shape_price(context),
         };
-        let description = (grammar::laws_proposed() as f64).ln() + shapes;
-        Some(Self { curve, formula, is_formula, held_out, description })
+        Some(Self { curve, formula, is_formula, held_out, description: description(shapes) })
     }
 
     /// The one of the two that predicts blocks better that were left out.
@@ -248,21 +266,31 @@ impl FreeFormLaw {
         formula.map_or(&self.curve.fitted, |law| &law.fitted)
     }
 
-    /// True where one of its shapes predicts what another fit does: all noise together hides the
-    /// difference.
+    /// True where one of its shapes predicts what another fit does, with its calibrations, so that these
+    /// logs do not tell the two apart.
     fn holds(&self, problem: &FitProblem, other: &Fitted) -> bool {
-        let all = self.formula.iter().map(|formula| &formula.fitted).chain([&self.curve.fitted]);
-        let mut left = all.filter_map(|own| {
+        let left = |own: &Fitted| {
             let mut apart = own.residuals.clone();
             for (apart, other) in apart.iter_mut().zip(&other.residuals) {
                 apart.residual.iter_mut().zip(&other.residual).for_each(|(a, b)| *a -= b);
             }
             let mut linear = own.linear.beside(&fit::blocks_of(problem), &apart, &own.slopes);
-            linear.prior.fill(0.0);
-            linear.away.fill(0.0);
-            Some(linear.after(&linear.solve(None, 0.0, None)?.step))
-        });
-        left.any(|left| left < 1.0)
+            // Of its own values any shape is as good; what calibrations are expected to be holds them
+            // where the other has them.
+            let law = EffectScope::Shared(own.point.shared.len().checked_sub(1)?);
+            for (k, free) in own.point.free.iter().enumerate() {
+                if free.of == law {
+                    linear.prior.row_mut(k).fill(0.0);
+                    linear.prior.column_mut(k).fill(0.0);
+                } else if let Some(of_other) = other.point.free.iter().position(|o| o == free) {
+                    linear.away[k] -= other.linear.away[of_other];
+                }
+            }
+            Some(linear.cost(&linear.solve(None, 0.0, None)?.step))
+        };
+        let formula = self.formula.as_ref().map(|formula| &formula.fitted);
+        let mut all = formula.into_iter().chain([&self.curve.fitted]);
+        all.any(|own| left(own).is_some_and(|left| left < rules::DECISIVE_FALL))
     }
 
     /// Evidence for it, nats.
@@ -273,7 +301,7 @@ impl FreeFormLaw {
     /// True where it predicts more than another law by more than chance.
     fn betters(&self, context: &DiscoveryContext<'_>, other: &Self) -> bool {
         let DiscoveryContext { problem, null, .. } = *context;
-        let evidence = RivalEvidence::over(problem, null, &self.fitted().residuals);
+        let evidence = RivalEvidence::over(problem, null, self.fitted());
         let [own, gain] = [self, other].map(|law| evidence.gain(law.fitted()));
         let within_noise = rules::within_noise(problem, &other.fitted().residuals);
         own > needed([gain, gain], within_noise)

@@ -31,10 +31,11 @@ use crate::errors::{DiagnosisErrors, errors_from_others};
 use crate::experiment::RIVALS_MAX;
 use crate::experiment::{Plan, next_experiment};
 use crate::found::{FittedEffect, found, found_beside};
-use crate::gate::may_be_named;
+use crate::log_evidence::is_significant;
 use crate::rules::{self, score};
 use context::DiscoveryContext;
 use curve::FittedCurve;
+use grammar::FittedFormula;
 use laws::{FreeFormLaw, Library, LibraryShare, Outside, curves_that_lower_cost, free_form_laws};
 use rayon::prelude::*;
 use trueweld_estimate::fit::calibration::is_calibration;
@@ -171,7 +172,7 @@ pub fn discover(
     let context = DiscoveryContext { problem, logs, blocks: &blocks, null, eliminated, id: &id };
     let library = Library::of(problem, &diagnosed);
     let Outside { better, beside } = free_form_laws(&context, &library, progress);
-    match with_law(&context, &diagnosed, &better, progress) {
+    match with_law(&context, (&library, &diagnosed), &better, progress) {
         Some((with_law, discovery)) => (with_law, vec![discovery]),
         None => {
             let Diagnosed { diagnosis, fits } = diagnosed;
@@ -188,7 +189,7 @@ pub fn discover(
 /// where there is none, or it may not be named.
 fn with_law(
     context: &DiscoveryContext<'_>,
-    diagnosed: &Diagnosed,
+    (library, diagnosed): (&Library<'_>, &Diagnosed),
     laws: &[FreeFormLaw],
     progress: ProgressCallback<'_>,
 ) -> Option<(Diagnosed, Discovery)> {
@@ -197,9 +198,12 @@ fn with_law(
     let best = laws.first()?;
     let inflation = rules::variance_inflation(best.fitted());
     progress("looking for its formula", 0.8);
-    let (mut discovery, fitted) = described(context, laws)?;
-    let effect = std::slice::from_ref(&discovery.effect);
-    if !may_be_named(problem, (null, &fitted), effect) {
+    // What the library says as well is not said by a formula in its place.
+    let betters = |formula: &FittedFormula| library.is_bettered_by_formula(best, formula);
+    let (mut discovery, fitted) = described(context, laws, betters)?;
+    // Sizes of one formula may go together, as a sine and a cosine do whose order moves: they are told
+    // from nothing together.
+    if !is_significant(problem, null, &fitted) {
         return None;
     }
     discovery.held_out_before = diagnosis.score_before;
@@ -255,7 +259,7 @@ pub(crate) fn beside(
     let mut laws = curves_that_lower_cost(&context);
     for k in 0..laws.len() {
         laws[..=k].rotate_right(1);
-        let Some((law, fitted)) = described(&context, &laws) else { continue };
+        let Some((law, fitted)) = described(&context, &laws, |_| true) else { continue };
         if takes(&fitted) {
             let left = (law.held_out_after / law.held_out_before).powi(2);
             return Some(Discovery { left, beside: true, ..law });
@@ -264,12 +268,16 @@ pub(crate) fn beside(
     None
 }
 
-/// The first of some laws, with its formula where one describes its curve, tied with the others; and
-/// the fit with it.
-fn described(context: &DiscoveryContext<'_>, laws: &[FreeFormLaw]) -> Option<(Discovery, Fitted)> {
+/// The first of some laws, with its formula where one describes its curve that `counts`, tied with the
+/// others; and the fit with it.
+fn described(
+    context: &DiscoveryContext<'_>,
+    laws: &[FreeFormLaw],
+    counts: impl Fn(&FittedFormula) -> bool,
+) -> Option<(Discovery, Fitted)> {
     let DiscoveryContext { problem, null, .. } = *context;
     let (FreeFormLaw { curve: best, formula, .. }, others) = laws.split_first()?;
-    let law = grammar::law(context, best, formula.as_ref());
+    let law = grammar::law(context, best, formula.as_ref()).filter(counts);
     let of_width = law.as_ref().and_then(|law| best.turning_over(context, law.turns_over()?));
     let best = of_width.as_ref().unwrap_or(best);
     let elsewhere = |FreeFormLaw { curve, .. }: &FreeFormLaw| TiedLaw {

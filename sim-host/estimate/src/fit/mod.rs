@@ -22,8 +22,8 @@ pub use schur::{Quadratic, ReducedFit, ReducedNormal, SchurComplement};
 pub use solver::{Fitted, SolverOptions, Termination, fit, resume};
 
 use crate::predict::{
-    BaselineModel, Compared, ComparedQuantity, PredictError, Prediction, PreparedLog, baseline,
-    is_open_factor,
+    BaselineModel, Compared, ComparedQuantity, NoiseFactors, PredictError, Prediction, PreparedLog,
+    baseline, is_open_factor,
 };
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -401,7 +401,16 @@ pub fn residuals(problem: &FitProblem, point: &FitState) -> Result<Residuals, Pr
     residuals_near(problem, point, None)
 }
 
-/// The same; `near`: residuals at a point not far from this one.
+/// How much larger the model at a point makes the noise of each log's values than it was taken for
+/// ([`PreparedLog::noise_factors`]); nothing of a log that the model cannot be driven through.
+pub fn noise_factors(problem: &FitProblem, point: &FitState) -> Vec<Option<NoiseFactors>> {
+    let of_log = |(log, experiment): (usize, &PreparedLog)| {
+        experiment.noise_factors(&problem.model, &point.effects(problem, log)).ok().flatten()
+    };
+    problem.logs.iter().enumerate().map(of_log).collect()
+}
+
+/// [`residuals`]; `near`: residuals at a point not far from this one.
 fn residuals_near(
     problem: &FitProblem,
     point: &FitState,

@@ -9,7 +9,7 @@ use super::{
     BLOCKS, EffectScope, FitProblem, FitState, FreeParameter, Linear, Residuals, SLOPE_STEP,
 };
 use super::{chi_square, count, residuals, residuals_near, slopes, step_to, value_at};
-use crate::predict::{PredictError, Prediction};
+use crate::predict::{NoiseFactors, PredictError, Prediction};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trueweld_logs::log::LogKind;
@@ -326,6 +326,28 @@ impl Fitted {
     /// Residuals of each log, every block in time predicted from all the others.
     pub fn residuals_from_others(&self, blocks: &[Vec<u8>]) -> Vec<Vec<f64>> {
         self.linear.residuals_from_others(blocks, &self.residuals, &self.slopes)
+    }
+
+    /// The same with each log's residuals over noise that is so much larger: the linear model where the fit
+    /// stands, which is no longer where it is best.
+    pub fn over(&self, blocks: &[Vec<u8>], factors: &[Option<NoiseFactors>]) -> Self {
+        let mut own = self.clone();
+        let divide = |values: &mut [f64], log: usize| {
+            let factors = factors[log].iter().flat_map(|factors| &factors.deviation);
+            values.iter_mut().zip(factors).for_each(|(value, by)| *value /= by);
+        };
+        for (log, at) in own.residuals.iter_mut().enumerate() {
+            divide(&mut at.residual, log);
+        }
+        for slopes in &mut own.slopes {
+            let seen = slopes.iter_mut().enumerate();
+            seen.for_each(|(log, slope)| slope.iter_mut().for_each(|slope| divide(slope, log)));
+        }
+        let (prior, away) = (self.linear.prior.clone(), self.linear.away.clone());
+        let slopes: Vec<&Slopes> = own.slopes.iter().collect();
+        let linear = Linear::new(blocks, &own.residuals, &slopes, prior, away);
+        own.linear = Linear { held_out_prior: self.linear.held_out_prior.clone(), ..linear };
+        own
     }
 
     /// Logarithm of the probability of each block in time given all the others, summed, but for a

@@ -128,6 +128,18 @@ pub struct Prediction {
     pub not_evidence: f64,
 }
 
+/// How much larger the noise of a log's values is under a model than it was taken for, in the order of
+/// [`PreparedLog::compared`].
+#[derive(Debug, Clone, Default)]
+pub struct NoiseFactors {
+    /// Factor of each deviation.
+    pub deviation: Vec<f64>,
+    /// Factor by which values lie farther apart beforehand: the same, but for a force that is held by its
+    /// controller. There it is the depth that the tracker's noise is in and that the force tells, to the
+    /// same exactness however firm the material is.
+    pub spread: Vec<f64>,
+}
+
 /// A log that cannot be compared, or a model that cannot be driven through it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PredictError {
@@ -377,6 +389,22 @@ impl PreparedLog {
         let of_clock = self.clock.as_ref().zip(late).map_or(0.0, |(clock, by)| clock.prior(by));
         let not_evidence = of_links + of_clock;
         Ok(Prediction { residual, motion, late, not_evidence })
+    }
+
+    /// How much larger the noise of compared values is under a model with these effects than it was taken
+    /// for; `None` where no model makes another noise.
+    ///
+    /// # Errors
+    /// [`PredictError::Effect`].
+    pub fn noise_factors(
+        &self,
+        model: &BaselineModel,
+        effects: &[Effect],
+    ) -> Result<Option<NoiseFactors>, PredictError> {
+        let Some(contact) = &self.contact else { return Ok(None) };
+        let mut process = contact.process(model);
+        let robot = ElasticRobot::with_effects(&model.robot, effects, Some(&mut process))?;
+        Ok(Some(contact.noise_factors(model, (&robot, &process), &self.compared)))
     }
 
     /// Residuals over their noise; poses and loads from another prediction where that is given.

@@ -15,7 +15,7 @@ use super::columns::{
 };
 use super::compared::list;
 use super::instruments::{sensed, unread, wrench_behind};
-use super::{BaselineModel, Compared, ComparedQuantity, PredictError, known};
+use super::{BaselineModel, Compared, ComparedQuantity, NoiseFactors, PredictError, known};
 use nalgebra::{Matrix3, Vector3};
 use spindle_harmonics::SpindleHarmonics;
 use tool::{CONTACT, LoadedTool, RecordedWeld};
@@ -57,6 +57,8 @@ pub(super) struct ContactForcePrediction {
     lines: SpindleHarmonics,
     /// What the nominal contact makes of the tracker's noise, at every row, in T, N.
     noise: Vec<Vector3<f64>>,
+    /// Deviation of the tracker's noise, m.
+    tracker: f64,
     /// Of a log that begins in contact: what is not known of its start.
     start: Option<ChannelStart>,
 }
@@ -269,9 +271,9 @@ impl ContactForcePrediction {
         let unlikely = parts.map(|(k, (seen, likeliest))| weld.in_tool(k, &(seen - likeliest)));
         let unlikely = unlikely.collect();
         let moment = filled_vectors(&s.moment);
-        let mut contact = Self { weld, moment, lines, noise: unlikely, start: None };
+        let mut contact = Self { weld, moment, lines, noise: unlikely, tracker: mean, start: None };
         let slow = compared.len();
-        contact.compare(log, noise, model, (&level, mean), compared)?;
+        contact.compare(log, noise, model, &level, compared)?;
         if begins_in_contact {
             let count = 3 * contact.weld.rows.len();
             let deviation = compared[slow..slow + count].iter().map(|c| c.deviation).collect();
@@ -293,20 +295,20 @@ impl ContactForcePrediction {
     }
 
     /// Lists what is compared of the slow force and moment, with its noise: `level` of the measured
-    /// force, `tracker`, m, of the tool's position.
+    /// force.
     fn compare(
         &self,
         log: &Log,
         noise: &NoiseLevels,
         model: &BaselineModel,
-        (level, tracker): (&[NoiseLevel], f64),
+        level: &[NoiseLevel],
         compared: &mut Vec<Compared>,
     ) -> Result<(), PredictError> {
         let RecordedWeld { low, rows, force, .. } = &self.weld;
         let (white, n) = (low.gain(0), force.len());
         let spreads: Vec<Vector3<f64>> = rows
             .iter()
-            .map(|row| spread(&self.weld, model, *row, tracker, level[2].deviation))
+            .map(|row| spread(&self.weld, model, *row, self.tracker, level[2].deviation))
             .collect();
         list(compared, ComparedQuantity::Force, rows, 0..3, |k, c| {
             let row = rows[k];
@@ -396,6 +398,81 @@ impl ContactForcePrediction {
     }
 }
 
+impl ContactForcePrediction {
+    /// How much larger noise is than the nominal contact makes it, where ports and process of a model make
+    /// more or less of the tracker's noise.
+    pub(super) fn noise_factors(
+        &self,
+        model: &BaselineModel,
+        (robot, process): (&ElasticRobot, &Process),
+        compared: &[Compared],
+    ) -> NoiseFactors {
+        let Self { weld, tracker, .. } = self;
+        let (nominal, none) = (weld.process(model), Ports::default());
+        let noise = [0, 1].map(|derivative| tracker * weld.low.gain(derivative).sqrt());
+        let of_row = |row: usize| {
+            let slopes =
+                |process: &Process, ports: &Ports| weld.slopes((process, ports), row, noise);
+            let both = slopes(process, &robot.ports).zip(slopes(&nominal, &none));
+            both.map_or(Vector3::zeros(), |(own, nominal)| {
+                self.more_variance(row, noise, [&own, &nominal])
+            })
+        };
+        let mut known: Option<(usize, Vector3<f64>)> = None;
+        let mut factors = NoiseFactors::default();
+        for c in compared {
+            let mut more = Vector3::zeros();
+            if c.quantity == ComparedQuantity::Force {
+                more =
+                    known.filter(|(row, _)| *row == c.row).map_or_else(|| of_row(c.row), |k| k.1);
+                known = Some((c.row, more));
+            }
+            let factor = |more: &Vector3<f64>| {
+                let turn = weld.axes[c.row].tr_mul(&weld.rotation[c.row]);
+                let along = |j: usize| turn[(j, usize::from(c.component))].powi(2) * more[j];
+                let more: f64 = (0..3).map(along).sum();
+                (1.0 + more / c.deviation.powi(2)).max(f64::MIN_POSITIVE).sqrt()
+            };
+            factors.deviation.push(factor(&more));
+            if weld.process.bears_push() {
+                more.z = 0.0;
+            }
+            factors.spread.push(factor(&more));
+        }
+        factors
+    }
+
+    /// By how much more the tracker's noise, which moves place and rate by `noise`, varies the slow force at
+    /// a row with the first slopes than with the second, which are nominal: variance in W, N².
+    fn more_variance(
+        &self,
+        row: usize,
+        noise: [f64; 2],
+        [own, nominal]: [&[Matrix3<f64>; 2]; 2],
+    ) -> Vector3<f64> {
+        let Some(likeliest) = &self.weld.likeliest else { return Vector3::zeros() };
+        let follows = self.weld.process.model.plane_follows_push();
+        let variance = |of: &[Matrix3<f64>; 2], c: usize| -> f64 {
+            let along = |j: usize, derivative: usize| {
+                let slopes = [of, nominal].map(|of| of[derivative][(c, j)]);
+                noise[derivative].powi(2) * likeliest.variance((derivative, j), row, slopes)
+            };
+            axes_seen(c, follows).map(|j| along(j, 0) + along(j, 1)).sum()
+        };
+        Vector3::from_fn(|c, _| variance(own, c) - variance(nominal, c))
+    }
+}
+
+/// Axes in W along which noise of the tool's place moves a component of the force: one that goes with the push
+/// that was measured does not go with the depth.
+fn axes_seen(component: usize, follows_push: bool) -> std::ops::Range<usize> {
+    match component {
+        _ if !follows_push => 0..3,
+        2 => 2..3,
+        _ => 0..2,
+    }
+}
+
 /// Scales what forces in W have in the plane, which goes with the push that is carried, row by row.
 fn in_plane(forces: &mut [Vector3<f64>], shares: &[f64]) {
     for (force, share) in forces.iter_mut().zip(shares) {
@@ -417,13 +494,10 @@ fn spread(
     let LoadedTool { push, reaction: r, .. } = weld.held(&weld.process(model), row);
     let (k, b) = (r.stiffness, r.damping);
     let follows = weld.process.model.plane_follows_push();
-    let from = |c: usize| match c {
-        _ if !follows => 0..3,
-        2 => 2..3,
-        _ => 0..2,
-    };
     let mut slow = Vector3::from_fn(|c, _| {
-        from(c).map(|j| k[(c, j)].powi(2) * value + b[(c, j)].powi(2) * rate).sum::<f64>()
+        axes_seen(c, follows)
+            .map(|j| k[(c, j)].powi(2) * value + b[(c, j)].powi(2) * rate)
+            .sum::<f64>()
             * tracker.powi(2)
     });
     for c in if follows { 0..2 } else { 0..0 } {

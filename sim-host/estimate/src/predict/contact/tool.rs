@@ -141,8 +141,10 @@ impl RecordedWeld {
     /// `tracker`, m.
     pub(crate) fn distrust(&mut self, tracker: f64) {
         let seen: Vec<Vector3<f64>> = self.motion.iter().map(|tool| tool.position).collect();
-        let covariance = |lag: usize| tracker.powi(2) * self.followed.covariance(lag);
-        self.likeliest = Some(WienerSmoother::of(&seen, self.stride(), covariance));
+        let covariance = |lag: usize| tracker.powi(2) * self.followed.covariance(0, lag);
+        let low = &self.low;
+        let slow = [0, 1].map(|derivative| move |lag: usize| low.covariance(derivative, lag));
+        self.likeliest = Some(WienerSmoother::of(&seen, self.stride(), covariance, slow));
         self.motion = self.tool(None, 0.0, self.process.model.memory_length());
     }
 
@@ -189,6 +191,42 @@ impl RecordedWeld {
         LoadedTool { push, position, velocity, channel: tool.channel, reaction }
     }
 
+    /// Slopes in W of the force that carries the push measured around a row by the tool's place, N/m, and by
+    /// its rate, N·s/m, mean over a turn of the spindle: central differences over what `noise` moves them
+    /// by, m and m/s. `None` where there is no noise, or no contact to speak of.
+    pub(crate) fn slopes(
+        &self,
+        (process, ports): (&Process, &Ports),
+        row: usize,
+        noise: [f64; 2],
+    ) -> Option<[Matrix3<f64>; 2]> {
+        let (even, tool) = (process.even(), &self.motion[row]);
+        let time = row as f64 * self.period;
+        let force = |by: &[Vector3<f64>; 2]| {
+            let (position, velocity) = (tool.position + by[0], tool.velocity + by[1]);
+            reaction(&even, ports, time, &position, &velocity, tool.channel, 0.0).force
+        };
+        let still = force(&[Vector3::zeros(); 2]);
+        let mut carried = Vector3::repeat(1.0);
+        if process.model.plane_follows_push() {
+            let share = self.push(row) / still.z.abs();
+            (carried.x, carried.y) = (share, share);
+        }
+        let slopes = [0, 1].map(|derivative| {
+            let columns = [0, 1, 2].map(|axis| {
+                let mut by = [Vector3::zeros(); 2];
+                by[derivative][axis] = noise[derivative];
+                let ahead = force(&by);
+                by[derivative][axis] = -noise[derivative];
+                (ahead - force(&by)).component_mul(&carried) / (2.0 * noise[derivative])
+            });
+            Matrix3::from_columns(&columns)
+        });
+        let least = CONTACT * process.model.reference_force();
+        let is_firm = !process.bears_push() || still.z.abs() > least;
+        (is_firm && noise.iter().all(|by| *by > 0.0)).then_some(slopes)
+    }
+
     /// Measured depth force around a row, N; of a process that bears no push, the whole force.
     pub(crate) fn push(&self, row: usize) -> f64 {
         let slow = |of: &dyn Fn(usize) -> f64| self.low.at(0, of, self.force.len(), row);
@@ -219,10 +257,10 @@ impl RecordedWeld {
         forces
     }
 
-    /// The depth force that was measured, over the predicted one, at every row, both below the
-    /// spindle's frequency: as slow as that, a few values a second tell it. 1 where there is no
-    /// contact to speak of, and of a process whose forces in the plane do not follow its push. `measured`: in the sensor's
-    /// axes; `predicted`: in W.
+    /// The depth force that was measured, over the predicted one, at every row, both in the band that the tool
+    /// is followed in, so that no noise of the depth is left in the slow force's own: as slow as that,
+    /// some values a second tell it. 1 where there is no contact to speak of, and of a process whose forces
+    /// in the plane do not follow its push. `measured`: in the sensor's axes; `predicted`: in W.
     pub(crate) fn carried(
         &self,
         process: &Process,
@@ -239,7 +277,7 @@ impl RecordedWeld {
         let seldom: Vec<f64> = (0..n + stride)
             .step_by(stride)
             .map(|k| {
-                let slow = |of: &dyn Fn(usize) -> f64| self.low.at(0, of, n, k.min(n - 1));
+                let slow = |of: &dyn Fn(usize) -> f64| self.followed.at(0, of, n, k.min(n - 1));
                 let (measured, predicted) = (slow(&|i| depth[i]), slow(&|i| predicted[i].z));
                 let firm = predicted.abs() > least && measured.abs() > least;
                 if firm { measured / predicted } else { 1.0 }

@@ -24,19 +24,28 @@ pub(super) struct WienerSmoother {
     stride: usize,
     /// Kept shares along each axis, for each octave and place.
     kept: Vec<Vec<Vector3<f64>>>,
+    /// Shares of noise, and of its rate, in the slow force's band that each octave has, as it goes with the
+    /// whole; the rest is slower than all.
+    slow: [Vec<f64>; 2],
 }
 
 impl WienerSmoother {
-    /// What to keep of a smoothed series in which noise has this autocovariance, at lags in samples.
+    /// What to keep of a smoothed series in which noise has this autocovariance, at lags in samples;
+    /// `slow`: the same of noise and of its rate in the slow force's band, but for a factor.
     pub(crate) fn of(
         series: &[Vector3<f64>],
         stride: usize,
         covariance: impl Fn(usize) -> f64,
+        slow: [impl Fn(usize) -> f64; 2],
     ) -> Self {
         let seldom = thinned(series, stride);
         let octaves = octaves(&seldom);
-        let covariance: Vec<f64> =
-            (0..).map(|lag| covariance(lag * stride)).take_while(|c| *c != 0.0).collect();
+        let covariance = at_strides(stride, covariance);
+        let slow = slow.map(|covariance| {
+            let covariance = at_strides(stride, covariance);
+            let share = |octave| noise_share(octave, &covariance);
+            (0..octaves.len()).map(share).collect()
+        });
         let kept = octaves.iter().enumerate().map(|(octave, part)| {
             let noise = noise(octave, &covariance);
             let mut sums = vec![Vector3::zeros()];
@@ -51,7 +60,24 @@ impl WienerSmoother {
             };
             (0..part.len()).map(share).collect()
         });
-        Self { stride, kept: kept.collect() }
+        Self { stride, kept: kept.collect(), slow }
+    }
+
+    /// What a slope makes of the variance of noise, or of its rate (`derivative`), along an axis at a
+    /// sample in the slow force's band, where what is not kept goes through the `nominal` slope.
+    pub(crate) fn variance(
+        &self,
+        (derivative, axis): (usize, usize),
+        sample: usize,
+        [slope, nominal]: [f64; 2],
+    ) -> f64 {
+        let shares = &self.slow[derivative];
+        let of_octave = |(kept, share): (&Vec<Vector3<f64>>, &f64)| {
+            let kept = between(kept, self.stride, sample)[axis];
+            share * (slope * kept + nominal * (1.0 - kept)).powi(2)
+        };
+        let slowest = 1.0 - shares.iter().sum::<f64>();
+        self.kept.iter().zip(shares).map(of_octave).sum::<f64>() + slowest * slope.powi(2)
     }
 
     /// The same shares of another series, as long.
@@ -66,6 +92,11 @@ impl WienerSmoother {
             *value -= between(&taken, self.stride, k);
         }
     }
+}
+
+/// An autocovariance at multiples of so many samples, as far as it goes.
+fn at_strides(stride: usize, covariance: impl Fn(usize) -> f64) -> Vec<f64> {
+    (0..).map(|lag| covariance(lag * stride)).take_while(|c| *c != 0.0).collect()
 }
 
 /// Share of a mean square that noise of this one does not make (Wiener).
@@ -115,8 +146,8 @@ fn mirrored(series: &[Vector3<f64>], k: isize) -> Vector3<f64> {
     }
 }
 
-/// Variance of an octave of a series with this autocovariance.
-fn noise(octave: usize, covariance: &[f64]) -> f64 {
+/// Weights of the samples that an octave's value is the sum of.
+fn taps(octave: usize) -> Vec<f64> {
     let mut taps = vec![1.0];
     for level in 0..=octave {
         let apart = 1 << level;
@@ -130,11 +161,27 @@ fn noise(octave: usize, covariance: &[f64]) -> f64 {
         }
         taps = smooth;
     }
+    taps
+}
+
+/// Variance of an octave of a series with this autocovariance.
+fn noise(octave: usize, covariance: &[f64]) -> f64 {
+    let taps = taps(octave);
     let at_lag = |lag: usize| -> f64 {
         let products: f64 = taps.iter().zip(&taps[lag.min(taps.len())..]).map(|(a, b)| a * b).sum();
         if lag == 0 { products } else { 2.0 * products }
     };
     covariance.iter().enumerate().map(|(lag, c)| c * at_lag(lag)).sum()
+}
+
+/// Share of an octave in a series with this autocovariance: its covariance with the whole, over the variance
+/// of that. All shares and that of what is slower make 1.
+fn noise_share(octave: usize, covariance: &[f64]) -> f64 {
+    let taps = taps(octave);
+    let apart = |k: usize| k.abs_diff(taps.len() / 2);
+    let with_whole =
+        taps.iter().enumerate().filter_map(|(k, w)| Some(w * covariance.get(apart(k))?));
+    with_whole.sum::<f64>() / covariance[0]
 }
 
 #[cfg(test)]
@@ -165,7 +212,7 @@ mod tests {
         let mut seen: Vec<Vector3<f64>> =
             noise.iter().enumerate().map(|(k, n)| truth(k) + n).collect();
         let white = |lag: usize| if lag == 0 { 1.0 } else { 0.0 };
-        WienerSmoother::of(&seen, 1, white).keep(&mut seen);
+        WienerSmoother::of(&seen, 1, white, [white; 2]).keep(&mut seen);
         let left: Vec<Vector3<f64>> = seen.iter().enumerate().map(|(k, v)| v - truth(k)).collect();
         assert!(mean_square(&left[480..740]) < 1.1, "{}", mean_square(&left[480..740]));
         assert!(mean_square(&left[1000..]) < 0.15, "{}", mean_square(&left[1000..]));
