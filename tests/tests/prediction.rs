@@ -118,15 +118,11 @@ fn a_firm_plate_makes_as_much_more_of_the_tracker_s_noise_as_is_said() {
         let ready = ready(&recipe.with_effect(firm.clone())).expect("the campaign is made");
         let problem = &ready.problem;
         for (experiment, at) in problem.logs.iter().zip(predicted(&ready, slice::from_ref(&firm))) {
-            let factors = experiment.noise_factors(&problem.model, slice::from_ref(&firm));
-            let factors = factors.expect("it can be driven").expect("a weld").deviation;
-            for ((c, r), by) in experiment.compared.iter().zip(&at.residual).zip(factors) {
+            let own = at.in_own_noise();
+            for ((c, r), own) in experiment.compared.iter().zip(&at.residual).zip(own) {
                 if c.quantity == ComparedQuantity::Force {
                     let sum = &mut sums[usize::from(c.component)];
-                    [r * r, (r / by).powi(2), 1.0]
-                        .iter()
-                        .zip(sum)
-                        .for_each(|(one, sum)| *sum += one);
+                    [r * r, own * own, 1.0].iter().zip(sum).for_each(|(one, sum)| *sum += one);
                 }
             }
         }

@@ -436,7 +436,8 @@ fn verdict(problem: &FitProblem, null: &Fitted, chosen: &[Fitted]) -> DiagnosisV
     };
     let excess = noise_excess(problem, &best.residuals);
     let left = excess / noise_excess(problem, &null.residuals).max(1.0);
-    let score = (fit::chi_square(&best.residuals) / noise_chi_square(problem).max(1.0)).sqrt();
+    let squares = rules::chi_square_in_own_noise(&best.residuals);
+    let score = (squares / noise_chi_square(problem).max(1.0)).sqrt();
     let mostly = score < rules::TOO_FAR && left < rules::REMAINING_SHARE_MAX;
     let explained = mostly || excess == 0.0;
     if explained && !fits_anything(problem, best) {
@@ -652,7 +653,7 @@ fn weigh(
     let Some(first) = fits.first() else {
         return;
     };
-    let evidence = RivalEvidence::over(ctx.problem, ctx.null, first);
+    let evidence = RivalEvidence::over(ctx.problem, ctx.null, &first.residuals);
     for (candidate, fitted) in candidates.iter_mut().zip(fits) {
         candidate.evidence = evidence.of(fitted);
     }

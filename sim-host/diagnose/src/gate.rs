@@ -37,7 +37,7 @@ mod tests {
     }
 
     fn residuals(residual: Vec<f64>) -> Residuals {
-        vec![Prediction { residual, motion: None, late: None, not_evidence: 0.0 }]
+        vec![Prediction { residual, motion: None, late: None, not_evidence: 0.0, noise: None }]
     }
 
     fn fitted(point: FitState, residual: Vec<f64>, slopes: Vec<Slopes>) -> Fitted {

@@ -18,10 +18,8 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use trueweld_estimate::fit::calibration::is_calibration;
 use trueweld_estimate::fit::covariance::{columns, long_run_ratios};
-use trueweld_estimate::fit::{self, FitProblem, FitState, Fitted, Residuals};
-use trueweld_estimate::predict::{
-    Compared, ComparedQuantity, NoiseFactors, Prediction, PreparedLog,
-};
+use trueweld_estimate::fit::{self, FitProblem, Fitted, Residuals};
+use trueweld_estimate::predict::{Compared, ComparedQuantity, Prediction, PreparedLog};
 use trueweld_plant::effects::{Effect, Location, Parameter, Role};
 
 /// Probability that an explanation with so much evidence, nats, is no neighbour of something outside
@@ -53,36 +51,21 @@ struct RivalNoise<'p> {
     worth: Vec<Vec<f64>>,
 }
 
-/// Residuals over noise that may be larger than they were weighed by.
-fn over(residual: &[f64], factors: Option<&NoiseFactors>) -> Vec<f64> {
-    match factors {
-        Some(NoiseFactors { deviation, .. }) => {
-            residual.iter().zip(deviation).map(|(r, by)| r / by).collect()
-        }
-        None => residual.to_vec(),
-    }
-}
-
 impl<'p> RivalNoise<'p> {
     /// Of what the best rival leaves.
-    fn left_by(problem: &'p FitProblem, best: &Fitted) -> Self {
+    fn left_by(problem: &'p FitProblem, best: &Residuals) -> Self {
         Self::at_least(problem, best, |_| 1.0)
     }
 
     /// The same; `least`: the least variance of a value, as a share of what it was weighed by.
-    fn at_least(problem: &'p FitProblem, best: &Fitted, least: impl Fn(&Compared) -> f64) -> Self {
-        let factors = fit::noise_factors(problem, &best.point);
-        Self::of_residuals(problem, (&best.residuals, &factors), least)
-    }
-
-    fn of_residuals(
+    fn at_least(
         problem: &'p FitProblem,
-        (best, factors): (&Residuals, &[Option<NoiseFactors>]),
+        best: &Residuals,
         least: impl Fn(&Compared) -> f64,
     ) -> Self {
         let columns = columns(problem);
         let of_log = |(log, experiment): (usize, &PreparedLog)| {
-            let left = over(&best[log].residual, factors[log].as_ref());
+            let left = best[log].in_own_noise();
             let weights = evidence_weights(&experiment.compared);
             let ratios = long_run_ratios(&columns[log], &left);
             let mut sums: BTreeMap<(ComparedQuantity, u8), (f64, f64)> = BTreeMap::new();
@@ -116,35 +99,32 @@ impl<'p> RivalNoise<'p> {
 
     /// How well a fit predicts blocks that are left out of it, nats: in the noise that its model makes.
     fn log_score(&self, fitted: &Fitted) -> f64 {
-        let factors = fit::noise_factors(self.problem, &fitted.point);
-        let is_as_weighed = |by: &NoiseFactors| by.deviation.iter().all(|by| *by == 1.0);
-        let score = match factors.iter().flatten().all(is_as_weighed) {
+        let score = match fitted.residuals.iter().all(|at| at.noise.is_none()) {
             true => fitted.log_score_from_others(&self.blocks, &self.precision),
             false => {
-                let own = fitted.over(&self.blocks, &factors);
-                own.log_score_from_others(&self.blocks, &self.precision) - self.wider(&factors)
+                let own = fitted.in_own_noise(&self.blocks);
+                own.log_score_from_others(&self.blocks, &self.precision)
             }
         };
-        score + self.not_evidence(&fitted.residuals)
+        score - self.wider(&fitted.residuals) + self.not_evidence(&fitted.residuals)
     }
 
     /// The same of a model that was not fitted to the logs.
-    fn log_score_as_given(&self, at: &Residuals, factors: &[Option<NoiseFactors>]) -> f64 {
-        let of_log = |(log, precision): (usize, &Vec<f64>)| {
-            let left = over(&at[log].residual, factors[log].as_ref());
-            left.iter().zip(precision).map(|(r, w)| w * r * r).sum::<f64>()
+    fn log_score_as_given(&self, at: &Residuals) -> f64 {
+        let of_log = |(at, precision): (&Prediction, &Vec<f64>)| {
+            at.in_own_noise().iter().zip(precision).map(|(r, w)| w * r * r).sum::<f64>()
         };
-        let squares: f64 = self.precision.iter().enumerate().map(of_log).sum();
-        self.not_evidence(at) - 0.5 * squares - self.wider(factors)
+        let squares: f64 = at.iter().zip(&self.precision).map(of_log).sum();
+        self.not_evidence(at) - 0.5 * squares - self.wider(at)
     }
 
-    /// What a log score loses by values that are less certain by such factors.
-    fn wider(&self, factors: &[Option<NoiseFactors>]) -> f64 {
-        let of_log = |(worth, by): (&Vec<f64>, &Option<NoiseFactors>)| -> f64 {
-            let each = worth.iter().zip(by.iter().flat_map(|by| &by.spread));
+    /// What a log score loses by values that lie farther apart than they were taken to.
+    fn wider(&self, at: &Residuals) -> f64 {
+        let of_log = |(worth, at): (&Vec<f64>, &Prediction)| -> f64 {
+            let each = worth.iter().zip(at.noise.iter().flat_map(|noise| &noise.spread));
             each.map(|(worth, by)| worth * by.ln()).sum()
         };
-        self.worth.iter().zip(factors).map(of_log).sum()
+        self.worth.iter().zip(at).map(of_log).sum()
     }
 
     /// The part of a log score that is no evidence: links that are put where they were seen are put there
@@ -166,7 +146,7 @@ pub(crate) struct RivalEvidence<'a> {
 
 impl<'a> RivalEvidence<'a> {
     /// Over `null`, by the noise of what `best` leaves.
-    pub(crate) fn over(problem: &'a FitProblem, null: &'a Fitted, best: &Fitted) -> Self {
+    pub(crate) fn over(problem: &'a FitProblem, null: &'a Fitted, best: &Residuals) -> Self {
         Self::in_noise(RivalNoise::left_by(problem, best), null)
     }
 
@@ -188,14 +168,14 @@ impl<'a> RivalEvidence<'a> {
 /// True where a fit with more effects than another explains more than chance makes of any that were
 /// tried, on blocks that were left out.
 pub(crate) fn is_significant(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> bool {
-    RivalEvidence::over(problem, null, fitted).of(fitted) > DECISIVE
+    RivalEvidence::over(problem, null, &fitted.residuals).of(fitted) > DECISIVE
 }
 
 /// Evidence for what a fit with more effects has more than another, by the noise alone: an accuracy
 /// that is asked for says what matters, not what shows.
 pub(crate) fn evidence_in_noise(problem: &FitProblem, null: &Fitted, fitted: &Fitted) -> f64 {
     let of_noise = |c: &Compared| 1.0 - (c.accuracy / c.deviation).powi(2);
-    let noise = RivalNoise::at_least(problem, fitted, of_noise);
+    let noise = RivalNoise::at_least(problem, &fitted.residuals, of_noise);
     RivalEvidence::in_noise(noise, null).of(fitted)
 }
 
@@ -207,24 +187,16 @@ pub(crate) fn predicts_better(
     before: Option<&Fitted>,
     fitted: &Fitted,
 ) -> bool {
-    let noise = RivalNoise::left_by(problem, fitted);
-    let before = match before {
-        Some(before) => noise.log_score(before),
-        None => {
-            let known = FitState::empty(problem.logs.len());
-            noise.log_score_as_given(given, &fit::noise_factors(problem, &known))
-        }
-    };
+    let noise = RivalNoise::left_by(problem, &fitted.residuals);
+    let before = before.map_or_else(|| noise.log_score_as_given(given), |f| noise.log_score(f));
     noise.log_score(fitted) - before > DECISIVE
 }
 
 /// The same of residuals as they are, of two models that were not fitted to them by more than a few
 /// values.
 pub(crate) fn exceeds_noise(problem: &FitProblem, before: &Residuals, after: &Residuals) -> bool {
-    let nowhere = vec![None; after.len()];
-    let noise = RivalNoise::of_residuals(problem, (after, &nowhere), |_| 1.0);
-    let score = |at: &Residuals| noise.log_score_as_given(at, &nowhere);
-    score(after) - score(before) > DECISIVE
+    let noise = RivalNoise::left_by(problem, after);
+    noise.log_score_as_given(after) - noise.log_score_as_given(before) > DECISIVE
 }
 
 /// Description of what one fit has more than another, nats: the logarithm of how many the library

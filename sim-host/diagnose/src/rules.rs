@@ -2,10 +2,11 @@
 //! `TOO_FAR` and `COMMAND_HOLD_SHARE`: those were set with recorded campaigns in view, and then held
 //! against the corpus.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use trueweld_estimate::AUTOCORRELATION_INFLATION;
 use trueweld_estimate::fit::{self, BLOCKS, FitProblem, Fitted, Residuals};
-use trueweld_estimate::predict::{Compared, ComparedQuantity};
+use trueweld_estimate::predict::{Compared, ComparedQuantity, Prediction};
 use trueweld_estimate::residuals::finding::NOISE_FLOOR_SCORE;
 
 /// Evidence from which on an explanation counts, nats: a hundred to one, which is called decisive
@@ -114,14 +115,14 @@ impl CalibrationPrice {
 }
 
 /// Sums of squares by log and whatever else `key` tells values apart by.
-fn sums<K: Ord>(
+fn sums<'r, K: Ord>(
     problem: &FitProblem,
-    residuals: &Residuals,
+    residuals: impl Iterator<Item = Cow<'r, [f64]>>,
     key: impl Fn(usize, &Compared) -> K,
 ) -> BTreeMap<K, SquareSum> {
     let mut sums: BTreeMap<K, SquareSum> = BTreeMap::new();
-    for (log, (experiment, prediction)) in problem.logs.iter().zip(residuals).enumerate() {
-        for (c, r) in experiment.compared.iter().zip(&prediction.residual) {
+    for (log, (experiment, residual)) in problem.logs.iter().zip(residuals).enumerate() {
+        for (c, r) in experiment.compared.iter().zip(residual.iter()) {
             let part = sums.entry(key(log, c)).or_default();
             part.add(&SquareSum { square: r * r, count: 1 });
         }
@@ -152,15 +153,18 @@ pub fn parts(
     problem: &FitProblem,
     residuals: &Residuals,
 ) -> BTreeMap<(usize, &'static str), SquareSum> {
-    sums(problem, residuals, |log, c| (log, c.quantity.channel()))
+    let as_weighed = residuals.iter().map(|at| Cow::from(&at.residual));
+    sums(problem, as_weighed, |log, c| (log, c.quantity.channel()))
 }
 
-/// Sums of squares by log and column; the spindle's orders apart from what is slow.
+/// Sums of squares by log and column in the noise that is under the model; the spindle's orders apart from
+/// what is slow.
 fn columns(
     problem: &FitProblem,
     residuals: &Residuals,
 ) -> BTreeMap<(usize, &'static str, u8, bool), SquareSum> {
-    sums(problem, residuals, |log, c| {
+    let in_own_noise = residuals.iter().map(|at| Cow::from(at.in_own_noise()));
+    sums(problem, in_own_noise, |log, c| {
         (
             log,
             c.quantity.channel(),
@@ -183,9 +187,14 @@ pub(crate) fn noise_chi_square(problem: &FitProblem) -> f64 {
     all.map(|c| if c.stated { 1.0 } else { NOISE_FLOOR_SCORE.powi(2) }).sum()
 }
 
-/// Sum of squares above the floor.
+/// Sum of squares in the noise that is under the model.
+pub(crate) fn chi_square_in_own_noise(residuals: &Residuals) -> f64 {
+    residuals.iter().flat_map(Prediction::in_own_noise).map(|r| r * r).sum()
+}
+
+/// The same above the floor.
 pub(crate) fn excess_chi_square(problem: &FitProblem, residuals: &Residuals) -> f64 {
-    (fit::chi_square(residuals) - noise_chi_square(problem)).max(0.0)
+    (chi_square_in_own_noise(residuals) - noise_chi_square(problem)).max(0.0)
 }
 
 /// True where no column of any log stands out of the floor.

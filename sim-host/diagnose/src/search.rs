@@ -166,7 +166,7 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
     let Some(first) = rough.as_slice().first().and_then(|fits| least(fits)) else {
         return Vec::new();
     };
-    let evidence = RivalEvidence::over(ctx.problem, ctx.null, first);
+    let evidence = RivalEvidence::over(ctx.problem, ctx.null, &first.residuals);
     let pays = |fitted: &Fitted| evidence.of(fitted) > 0.0;
     let may_count = |fits: &[Fitted]| !arrived(fits) || least(fits).is_some_and(pays);
     fits.extend(rough.next().and_then(|best| match may_count(&best) {
@@ -273,7 +273,7 @@ pub(super) fn by_evidence(ctx: &SearchContext<'_>, fits: Vec<Fitted>) -> Vec<Fit
 /// Evidence of fits beside the calibrations, by the noise of what the cheapest leaves.
 pub(super) fn evidence_of_each(ctx: &SearchContext<'_>, fits: &[Fitted]) -> Vec<f64> {
     let Some(cheapest) = least(fits) else { return Vec::new() };
-    let evidence = RivalEvidence::over(ctx.problem, ctx.null, cheapest);
+    let evidence = RivalEvidence::over(ctx.problem, ctx.null, &cheapest.residuals);
     fits.par_iter().map(|fitted| evidence.of(fitted)).collect()
 }
 

@@ -185,7 +185,7 @@ mod tests {
         };
         let at = |residual| {
             let motion = Some(Arc::new(motion.clone()));
-            vec![Prediction { residual, motion, late: None, not_evidence: 0.0 }]
+            vec![Prediction { residual, motion, late: None, not_evidence: 0.0, noise: None }]
         };
         let slopes: Vec<Slopes> = (0..calibrations)
             .map(|power| vec![Some(by_angle(&|q| ((q - 0.4) * 10.0).powi(power)))])

@@ -99,6 +99,7 @@ impl Series {
             motion: Some(self.motion.clone()),
             late: None,
             not_evidence: 0.0,
+            noise: None,
         };
         let (experiments, logs) =
             (std::slice::from_ref(&self.experiment), std::slice::from_ref(&self.log));

@@ -91,7 +91,13 @@ impl Context {
                 .map(|(c, r)| theirs.get(&key(c)).map_or(0.0, |t| t / c.deviation - r))
                 .collect();
             weigh(&mut residual, &self.weights[log]);
-            difference.push(Prediction { residual, motion: None, late: None, not_evidence: 0.0 });
+            difference.push(Prediction {
+                residual,
+                motion: None,
+                late: None,
+                not_evidence: 0.0,
+                noise: None,
+            });
         }
         let free: Vec<usize> = (0..self.point.free.len())
             .filter(|k| own != Some(self.point.effect(self.point.free[*k].of).place()))

@@ -91,7 +91,7 @@ impl<'a> Library<'a> {
     fn beside(&self, laws: &[FreeFormLaw]) -> Option<LibraryShare> {
         let fits = self.named.iter().copied().chain(laws.iter().map(FreeFormLaw::fitted));
         let cheapest = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-        let evidence = RivalEvidence::over(self.problem, self.null, cheapest);
+        let evidence = RivalEvidence::over(self.problem, self.null, &cheapest.residuals);
         let within: Vec<f64> = self.named.par_iter().map(|fitted| evidence.of(fitted)).collect();
         let best = within.iter().copied().reduce(f64::max)?;
         // What such a law follows besides a name is noise, unless it says more by more than chance.
@@ -143,7 +143,7 @@ impl<'a> Library<'a> {
     fn is_bettered_by_fit(&self, fitted: &Fitted, description: f64) -> bool {
         let partial = rules::noise_excess(self.problem, &fitted.residuals)
             > DISCOVERY_REMAINDER_MAX * self.noise_excess;
-        let evidence = RivalEvidence::over(self.problem, self.null, fitted);
+        let evidence = RivalEvidence::over(self.problem, self.null, &fitted.residuals);
         let to_better = |fitted: &&Fitted| {
             needed([evidence.of(fitted), evidence.gain(fitted)], self.within_noise)
         };
@@ -301,7 +301,7 @@ impl FreeFormLaw {
     /// True where it predicts more than another law by more than chance.
     fn betters(&self, context: &DiscoveryContext<'_>, other: &Self) -> bool {
         let DiscoveryContext { problem, null, .. } = *context;
-        let evidence = RivalEvidence::over(problem, null, self.fitted());
+        let evidence = RivalEvidence::over(problem, null, &self.fitted().residuals);
         let [own, gain] = [self, other].map(|law| evidence.gain(law.fitted()));
         let within_noise = rules::within_noise(problem, &other.fitted().residuals);
         own > needed([gain, gain], within_noise)

@@ -234,6 +234,7 @@ impl RivalPrediction {
             motion: None,
             late: None,
             not_evidence: 0.0,
+            noise: None,
         }];
         let mut linear = unexpected(problem, &at, &self.slopes.iter().collect::<Vec<_>>(), weights);
         // What the logs so far say counts as one more block.

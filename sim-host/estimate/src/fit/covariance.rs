@@ -387,7 +387,13 @@ mod tests {
         let blocks = vec![(0..2 * ROWS).map(|k| (k % ROWS * BLOCKS / ROWS) as u8).collect()];
         let all: Vec<&Slopes> = slopes.iter().collect();
         let of = |residual: Vec<f64>| {
-            let at = vec![Prediction { residual, motion: None, late: None, not_evidence: 0.0 }];
+            let at = vec![Prediction {
+                residual,
+                motion: None,
+                late: None,
+                not_evidence: 0.0,
+                noise: None,
+            }];
             let prior = DMatrix::zeros(3, 3);
             (Linear::new(&blocks, &at, &all, prior, DVector::zeros(3)), at)
         };

@@ -530,7 +530,7 @@ mod tests {
     fn values_beside_none_are_as_values_alone() {
         let residual: Vec<f64> = (0..20).map(|k| f64::from(k % 7) - 2.5).collect();
         let at: Residuals =
-            vec![Prediction { residual, motion: None, late: None, not_evidence: 0.0 }];
+            vec![Prediction { residual, motion: None, late: None, not_evidence: 0.0, noise: None }];
         let blocks: Vec<Vec<u8>> = vec![(0..20).map(|k| k / 2).collect()];
         let slopes: Slopes = vec![Some((0..20).map(|k| f64::from(k).sin()).collect())];
         let none = DVector::zeros(0);
@@ -560,6 +560,7 @@ mod tests {
             motion: None,
             late: None,
             not_evidence: 0.0,
+            noise: None,
         }];
         let blocks: Vec<Vec<u8>> = vec![(0..n).map(|k| (k * BLOCKS / n) as u8).collect()];
         let slopes: Vec<Slopes> = shown.iter().map(|s| vec![Some(s.clone())]).collect();

@@ -22,8 +22,8 @@ pub use schur::{Quadratic, ReducedFit, ReducedNormal, SchurComplement};
 pub use solver::{Fitted, SolverOptions, Termination, fit, resume};
 
 use crate::predict::{
-    BaselineModel, Compared, ComparedQuantity, NoiseFactors, PredictError, Prediction, PreparedLog,
-    baseline, is_open_factor,
+    BaselineModel, Compared, ComparedQuantity, PredictError, Prediction, PreparedLog, baseline,
+    is_open_factor,
 };
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -401,15 +401,6 @@ pub fn residuals(problem: &FitProblem, point: &FitState) -> Result<Residuals, Pr
     residuals_near(problem, point, None)
 }
 
-/// How much larger the model at a point makes the noise of each log's values than it was taken for
-/// ([`PreparedLog::noise_factors`]); nothing of a log that the model cannot be driven through.
-pub fn noise_factors(problem: &FitProblem, point: &FitState) -> Vec<Option<NoiseFactors>> {
-    let of_log = |(log, experiment): (usize, &PreparedLog)| {
-        experiment.noise_factors(&problem.model, &point.effects(problem, log)).ok().flatten()
-    };
-    problem.logs.iter().enumerate().map(of_log).collect()
-}
-
 /// [`residuals`]; `near`: residuals at a point not far from this one.
 fn residuals_near(
     problem: &FitProblem,
@@ -418,7 +409,9 @@ fn residuals_near(
 ) -> Result<Residuals, PredictError> {
     let of_log = |(log, experiment): (usize, &PreparedLog)| {
         let near = near.map(|at| (&at[log], None));
-        experiment.predict_from(&problem.model, &point.effects(problem, log), near)
+        let effects = point.effects(problem, log);
+        let at = experiment.predict_from(&problem.model, &effects, near)?;
+        at.with_noise(experiment, &problem.model, &effects)
     };
     problem.logs.par_iter().enumerate().map(of_log).collect()
 }
@@ -491,7 +484,7 @@ fn slope(
         }
         _ => {
             let effects = moved.effects(problem, log);
-            experiment.predict(&problem.model, &effects, Some((at, effect)))?.residual
+            experiment.predict_from(&problem.model, &effects, Some((at, Some(effect))))?.residual
         }
     };
     Ok(Some(there.iter().zip(&at.residual).map(|(a, b)| (a - b) / step).collect()))

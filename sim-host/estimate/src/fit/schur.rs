@@ -331,7 +331,7 @@ mod tests {
     fn a_condensed_model_predicts_blocks_left_out_as_the_whole_does() {
         let residual: Vec<f64> = (0..200).map(|k| (0.37 * f64::from(k * k % 89)).sin()).collect();
         let at: Residuals =
-            vec![Prediction { residual, motion: None, late: None, not_evidence: 0.0 }];
+            vec![Prediction { residual, motion: None, late: None, not_evidence: 0.0, noise: None }];
         let blocks: Vec<Vec<u8>> = vec![(0..200).map(|k| k / 20).collect()];
         let known: Vec<Slopes> = vec![
             slopes(|_| 1.0),
@@ -391,7 +391,7 @@ mod tests {
     fn what_a_few_more_values_lower_the_sum_by_is_that_of_the_whole() {
         let residual: Vec<f64> = (0..200).map(|k| (0.37 * f64::from(k * k % 89)).sin()).collect();
         let at: Residuals =
-            vec![Prediction { residual, motion: None, late: None, not_evidence: 0.0 }];
+            vec![Prediction { residual, motion: None, late: None, not_evidence: 0.0, noise: None }];
         let blocks: Vec<Vec<u8>> = vec![(0..200).map(|k| k / 20).collect()];
         let known = vec![slopes(|_| 1.0), slopes(|k| (0.1 * k).cos())];
         let more = vec![slopes(|k| (0.01 * k).powi(2)), vec![None]];
@@ -422,7 +422,7 @@ mod tests {
     fn beside_nothing_a_condensed_model_is_the_whole() {
         let residual: Vec<f64> = (0..200).map(|k| (0.9 * f64::from(k)).cos()).collect();
         let at: Residuals =
-            vec![Prediction { residual, motion: None, late: None, not_evidence: 0.0 }];
+            vec![Prediction { residual, motion: None, late: None, not_evidence: 0.0, noise: None }];
         let blocks: Vec<Vec<u8>> = vec![(0..200).map(|k| k / 20).collect()];
         let nothing = DVector::zeros(0);
         let base = Linear::new(&blocks, &at, &[], DMatrix::zeros(0, 0), nothing);

@@ -9,7 +9,7 @@ use super::{
     BLOCKS, EffectScope, FitProblem, FitState, FreeParameter, Linear, Residuals, SLOPE_STEP,
 };
 use super::{chi_square, count, residuals, residuals_near, slopes, step_to, value_at};
-use crate::predict::{NoiseFactors, PredictError, Prediction};
+use crate::predict::{PredictError, Prediction};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trueweld_logs::log::LogKind;
@@ -328,20 +328,14 @@ impl Fitted {
         self.linear.residuals_from_others(blocks, &self.residuals, &self.slopes)
     }
 
-    /// The same with each log's residuals over noise that is so much larger: the linear model where the fit
+    /// The same with residuals over the noise that is under the model: the linear model where the fit
     /// stands, which is no longer where it is best.
-    pub fn over(&self, blocks: &[Vec<u8>], factors: &[Option<NoiseFactors>]) -> Self {
+    pub fn in_own_noise(&self, blocks: &[Vec<u8>]) -> Self {
         let mut own = self.clone();
-        let divide = |values: &mut [f64], log: usize| {
-            let factors = factors[log].iter().flat_map(|factors| &factors.deviation);
-            values.iter_mut().zip(factors).for_each(|(value, by)| *value /= by);
-        };
-        for (log, at) in own.residuals.iter_mut().enumerate() {
-            divide(&mut at.residual, log);
-        }
-        for slopes in &mut own.slopes {
-            let seen = slopes.iter_mut().enumerate();
-            seen.for_each(|(log, slope)| slope.iter_mut().for_each(|slope| divide(slope, log)));
+        for (log, at) in self.residuals.iter().enumerate() {
+            at.divide_by_noise(&mut own.residuals[log].residual);
+            let slopes = own.slopes.iter_mut().filter_map(|slopes| slopes[log].as_mut());
+            slopes.for_each(|slope| at.divide_by_noise(slope));
         }
         let (prior, away) = (self.linear.prior.clone(), self.linear.away.clone());
         let slopes: Vec<&Slopes> = own.slopes.iter().collect();

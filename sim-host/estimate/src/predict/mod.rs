@@ -126,6 +126,43 @@ pub struct Prediction {
     /// What it takes from the evidence, as a sum of squares, that links are put where they were seen and
     /// a tracker's clock where it fits.
     pub not_evidence: f64,
+    /// How much larger noise is under the model than residuals are weighed by; `None` where it is as large.
+    pub noise: Option<Arc<NoiseFactors>>,
+}
+
+impl Prediction {
+    /// Residuals over the noise that is under the model.
+    pub fn in_own_noise(&self) -> Vec<f64> {
+        let mut residual = self.residual.clone();
+        self.divide_by_noise(&mut residual);
+        residual
+    }
+
+    /// The same with the noise that is under the model.
+    ///
+    /// # Errors
+    /// [`PredictError::Effect`].
+    pub(crate) fn with_noise(
+        mut self,
+        log: &PreparedLog,
+        model: &BaselineModel,
+        effects: &[Effect],
+    ) -> Result<Self, PredictError> {
+        if let Some(contact) = &log.contact {
+            let mut process = contact.process(model);
+            let robot = ElasticRobot::with_effects(&model.robot, effects, Some(&mut process))?;
+            let noise = contact.noise_factors(model, (&robot, &process), &log.compared);
+            let is_as_weighed = noise.deviation.iter().all(|by| *by == 1.0);
+            self.noise = (!is_as_weighed).then(|| Arc::new(noise));
+        }
+        Ok(self)
+    }
+
+    /// Puts values in the order of residuals over the noise that is under the model.
+    pub fn divide_by_noise(&self, values: &mut [f64]) {
+        let factors = self.noise.iter().flat_map(|noise| &noise.deviation);
+        values.iter_mut().zip(factors).for_each(|(value, by)| *value /= by);
+    }
 }
 
 /// How much larger the noise of a log's values is under a model than it was taken for, in the order of
@@ -321,11 +358,12 @@ impl PreparedLog {
         effects: &[Effect],
         beside: Option<(&Prediction, &Effect)>,
     ) -> Result<Prediction, PredictError> {
-        self.predict_from(model, effects, beside.map(|(at, effect)| (at, Some(effect))))
+        let known = beside.map(|(at, effect)| (at, Some(effect)));
+        self.predict_from(model, effects, known)?.with_noise(self, model, effects)
     }
 
-    /// The same; `known`: a prediction of this log under a model not far from this one, and the
-    /// effect in which the two differ where it is one alone.
+    /// The same without the noise that is under the model. `known`: a prediction of this log under a model
+    /// not far from this one, and the effect in which the two differ where it is one alone.
     pub(crate) fn predict_from(
         &self,
         model: &BaselineModel,
@@ -388,23 +426,7 @@ impl PreparedLog {
         let of_links = of_links.map_or(0.0, |(links, motion)| links.free_play_term(&robot, motion));
         let of_clock = self.clock.as_ref().zip(late).map_or(0.0, |(clock, by)| clock.prior(by));
         let not_evidence = of_links + of_clock;
-        Ok(Prediction { residual, motion, late, not_evidence })
-    }
-
-    /// How much larger the noise of compared values is under a model with these effects than it was taken
-    /// for; `None` where no model makes another noise.
-    ///
-    /// # Errors
-    /// [`PredictError::Effect`].
-    pub fn noise_factors(
-        &self,
-        model: &BaselineModel,
-        effects: &[Effect],
-    ) -> Result<Option<NoiseFactors>, PredictError> {
-        let Some(contact) = &self.contact else { return Ok(None) };
-        let mut process = contact.process(model);
-        let robot = ElasticRobot::with_effects(&model.robot, effects, Some(&mut process))?;
-        Ok(Some(contact.noise_factors(model, (&robot, &process), &self.compared)))
+        Ok(Prediction { residual, motion, late, not_evidence, noise: None })
     }
 
     /// Residuals over their noise; poses and loads from another prediction where that is given.
