@@ -119,7 +119,7 @@ fn a_firm_plate_makes_as_much_more_of_the_tracker_s_noise_as_is_said() {
         let problem = &ready.problem;
         for (experiment, at) in problem.logs.iter().zip(predicted(&ready, slice::from_ref(&firm))) {
             let own = at.in_own_noise();
-            for ((c, r), own) in experiment.compared.iter().zip(&at.residual).zip(own) {
+            for ((c, r), own) in experiment.compared.iter().zip(&at.residual).zip(own.iter()) {
                 if c.quantity == ComparedQuantity::Force {
                     let sum = &mut sums[usize::from(c.component)];
                     [r * r, own * own, 1.0].iter().zip(sum).for_each(|(one, sum)| *sum += one);

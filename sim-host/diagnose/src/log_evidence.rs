@@ -69,7 +69,7 @@ impl<'p> RivalNoise<'p> {
             let weights = evidence_weights(&experiment.compared);
             let ratios = long_run_ratios(&columns[log], &left);
             let mut sums: BTreeMap<(ComparedQuantity, u8), (f64, f64)> = BTreeMap::new();
-            for (c, r) in experiment.compared.iter().zip(&left) {
+            for (c, r) in experiment.compared.iter().zip(left.iter()) {
                 let sum = sums.entry((c.quantity, c.component)).or_default();
                 *sum = (sum.0 + r * r, sum.1 + 1.0);
             }

@@ -163,7 +163,7 @@ fn columns(
     problem: &FitProblem,
     residuals: &Residuals,
 ) -> BTreeMap<(usize, &'static str, u8, bool), SquareSum> {
-    let in_own_noise = residuals.iter().map(|at| Cow::from(at.in_own_noise()));
+    let in_own_noise = residuals.iter().map(Prediction::in_own_noise);
     sums(problem, in_own_noise, |log, c| {
         (
             log,
@@ -189,7 +189,8 @@ pub(crate) fn noise_chi_square(problem: &FitProblem) -> f64 {
 
 /// Sum of squares in the noise that is under the model.
 pub(crate) fn chi_square_in_own_noise(residuals: &Residuals) -> f64 {
-    residuals.iter().flat_map(Prediction::in_own_noise).map(|r| r * r).sum()
+    let squares = |at: &Prediction| at.in_own_noise().iter().map(|r| r * r).sum::<f64>();
+    residuals.iter().map(squares).sum()
 }
 
 /// The same above the floor.

@@ -336,6 +336,7 @@ impl Fitted {
             at.divide_by_noise(&mut own.residuals[log].residual);
             let slopes = own.slopes.iter_mut().filter_map(|slopes| slopes[log].as_mut());
             slopes.for_each(|slope| at.divide_by_noise(slope));
+            own.residuals[log].noise = None;
         }
         let (prior, away) = (self.linear.prior.clone(), self.linear.away.clone());
         let slopes: Vec<&Slopes> = own.slopes.iter().collect();

@@ -36,6 +36,7 @@ pub(crate) use standing::with_payload;
 use clock::{Late, OpenClock};
 use instruments::TrackedPoint;
 use nalgebra::Vector3;
+use std::borrow::Cow;
 use std::sync::Arc;
 use trueweld_core::{JOINTS, JointVector, Pose, Robot};
 use trueweld_logs::channel::LogChannel;
@@ -132,9 +133,11 @@ pub struct Prediction {
 
 impl Prediction {
     /// Residuals over the noise that is under the model.
-    pub fn in_own_noise(&self) -> Vec<f64> {
-        let mut residual = self.residual.clone();
-        self.divide_by_noise(&mut residual);
+    pub fn in_own_noise(&self) -> Cow<'_, [f64]> {
+        let mut residual = Cow::from(&self.residual);
+        if self.noise.is_some() {
+            self.divide_by_noise(residual.to_mut());
+        }
         residual
     }
 
