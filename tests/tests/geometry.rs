@@ -90,6 +90,40 @@ fn a_joint_far_softer_than_its_file_says_is_no_gear_of_another_kind() {
     is_named_for_what_it_is("stiffness-error", 2, -0.4, 1e-2);
 }
 
+/// Hides an effect as well: both are told, the calibration to within `near`, and no other one is as large.
+fn is_told_beside(id: &str, (calibration, joint, value): (&str, usize, f64), near: f64) {
+    let kind = EffectKind::of(calibration).expect("of the library");
+    let far_off = Effect { values: vec![value], ..kind.neutral(Location::Joint(joint)) };
+    let effect = LABORATORY.draw(id, 1.0, &Protocol::short(), 16).expect("one that campaigns hide");
+    let recipe = Recipe { protocol: Protocol::short(), ..Recipe::plain(16) };
+    let ready =
+        ready(&recipe.with_effect(far_off).with_effect(effect.clone())).expect("a campaign");
+    let diagnosis = diagnose(&ready.problem, &ready.logs, &|_, _| ()).expect("diagnosed").diagnosis;
+    let named = diagnosis.candidates[0].effects[0].effect.place();
+    assert_eq!((diagnosis.verdict, named), (DiagnosisVerdict::EffectFound, effect.place()));
+    let told = diagnosis.calibration.iter().filter(|found| found.is_implausible());
+    let told: Vec<_> = told.map(|found| (found.effect.place(), found.effect.values[0])).collect();
+    assert!(!told.is_empty());
+    for (place, told) in told {
+        assert_eq!((place.kind.id, place.at), (calibration, Location::Joint(joint)));
+        assert!((told - value).abs() < near, "{told}");
+    }
+}
+
+#[test]
+fn an_effect_is_told_beside_an_encoder_zeroed_far_off() {
+    is_told_beside("drag-error", ("encoder-offset", 4, 2.2e-3), 1e-5);
+}
+
+#[test]
+#[ignore = "release checklist"]
+fn effects_are_told_beside_encoders_zeroed_far_off() {
+    for id in ["joint-friction", "payload-error", "backlash"] {
+        is_told_beside(id, ("encoder-offset", 4, 2.2e-3), 1e-5);
+        is_told_beside(id, ("link-encoder-offset", 1, 3e-3), 1e-5);
+    }
+}
+
 #[test]
 fn slopes_by_the_geometry_are_those_of_the_whole_prediction() {
     let ready = ready(&recipe(15)).expect("a campaign");

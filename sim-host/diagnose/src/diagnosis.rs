@@ -9,7 +9,7 @@ use crate::found::{
     has_unseen_wave, same_effects,
 };
 use crate::gate::may_be_named;
-use crate::gross_calibration::gross_calibration;
+use crate::gross_calibration::{calibrations_of, gross_calibration};
 use crate::log_evidence::{
     RivalEvidence, exceeds_noise, is_of_library, is_significant, name_price, predicts_better,
 };
@@ -255,8 +255,17 @@ pub fn diagnose(
     let look = |null: Fitted| look(problem, &blocks, length, null, progress);
     let mut looked = look(fit_calibrations(problem, &blocks)?)?;
     let held = looked.null.cost;
-    if let Some(null) = gross_calibration(problem, &blocks, &looked.null, looked.singles.first()) {
+    if let Some(null) = looked.gross_calibration(problem, &blocks) {
         looked = look(null)?;
+    }
+    let mut explained = looked.explain(problem, &blocks, length, progress);
+    let null = explained.as_ref().and_then(|e| e.gross_calibration(problem, &blocks));
+    if let Some(mut beside) = null.map(look).transpose()?
+        && let Some(whole) = beside
+            .explain(problem, &blocks, length, progress)
+            .filter(|explained| explained.is_whole(problem))
+    {
+        (looked, explained) = (beside, Some(whole));
     }
     let Looked { null, given, screened, mut singles, mut incomplete } = looked;
     let (blocks, screened) = (&blocks, &screened);
@@ -264,17 +273,7 @@ pub fn diagnose(
     let limits = screened.iter().map(|s| s.limit.clone()).collect();
     let confusable = confuse::confusable(&ctx, screened);
     let (mut chosen, mut alike): (Vec<Fitted>, Vec<Vec<Fitted>>) = (Vec::new(), Vec::new());
-    if let Some(k) = best_that_counts(&ctx, &singles) {
-        singles[..=k].rotate_right(1);
-        progress("looking for more effects", 0.65);
-        let mut explained = search::add_effects(&ctx, singles[0].clone());
-        if let Some((k, others)) = from_another(&ctx, &singles, &explained) {
-            singles[..=k].rotate_right(1);
-            explained = others;
-        }
-        if problem.is_late() && !explained.is_whole(problem) {
-            incomplete.push(Incomplete::Further);
-        }
+    if let Some(explained) = explained {
         (chosen, alike) = (explained.chosen, explained.alike);
         singles.retain(|single| !same_effects(single, &chosen[0]));
         singles.insert(0, chosen[0].clone());
@@ -333,6 +332,50 @@ struct Looked {
     /// Every effect that was fitted, best first.
     singles: Vec<Fitted>,
     incomplete: Vec<Incomplete>,
+}
+
+impl Explained {
+    /// The calibrations beside an explanation, one of them of any size, where that is likelier and
+    /// reaches the floor with it.
+    fn gross_calibration(&self, problem: &FitProblem, blocks: &[Vec<u8>]) -> Option<Fitted> {
+        let last = self.chosen.last()?;
+        let beside = gross_calibration(problem, blocks, last, f64::INFINITY)?;
+        calibrations_of(problem, blocks, &beside)
+    }
+}
+
+impl Looked {
+    /// The calibrations alone, one of them of any size, where that is all there is to say: it reaches the
+    /// floor, and costs less than the best effect and its name.
+    fn gross_calibration(&self, problem: &FitProblem, blocks: &[Vec<u8>]) -> Option<Fitted> {
+        let tied = |best: &Fitted| rules::DECISIVE_FALL * rules::variance_inflation(best);
+        let dearest = self.singles.first().map_or(f64::INFINITY, |best| best.cost - tied(best));
+        gross_calibration(problem, blocks, &self.null, dearest)
+    }
+
+    /// The best of the effects, and what others explain beside it; `None` where none may be named.
+    fn explain(
+        &mut self,
+        problem: &FitProblem,
+        blocks: &[Vec<u8>],
+        length: f64,
+        progress: ProgressCallback<'_>,
+    ) -> Option<Explained> {
+        let Self { null, given, screened, singles, incomplete } = self;
+        let ctx = SearchContext { problem, blocks, null, given, length, screened };
+        let k = best_that_counts(&ctx, singles)?;
+        singles[..=k].rotate_right(1);
+        progress("looking for more effects", 0.65);
+        let mut explained = search::add_effects(&ctx, singles[0].clone());
+        if let Some((k, others)) = from_another(&ctx, singles, &explained) {
+            singles[..=k].rotate_right(1);
+            explained = others;
+        }
+        if problem.is_late() && !explained.is_whole(problem) {
+            incomplete.push(Incomplete::Further);
+        }
+        Some(explained)
+    }
 }
 
 fn look(
