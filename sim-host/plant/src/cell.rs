@@ -23,11 +23,20 @@ const FRAME_TOLERANCE: f64 = 1e-5;
 /// they have no common place, and nobody knows the force.
 const FRAME_RESIDUAL_MAX: f64 = 1.0;
 
-/// Length of the state vector.
-pub const STATES: usize = 26 + INTERNAL_STATES;
+/// Time over which the rate at which bearings and base give is taken, s: far below any swing of the arm.
+const GIVE_TIME: f64 = 5e-3;
 
-/// Where in the state a process keeps its trail.
-const TRAIL: usize = STATES - 1;
+/// Force by which what they give to it is told, N.
+const PROBING_FORCE: f64 = 1e3;
+
+/// Length of the state vector.
+pub const STATES: usize = GIVEN + 3;
+
+/// Where in the state a process keeps its trail, the last of what effects keep.
+const TRAIL: usize = GIVEN - 1;
+
+/// Where in the state stands by how much bearings and base had given.
+const GIVEN: usize = 26 + INTERNAL_STATES;
 
 /// What a cell's state holds, or how fast it changes.
 pub type StateVector = SVector<f64, STATES>;
@@ -66,7 +75,13 @@ impl State {
 
     /// States that effects keep.
     pub fn internal(&self) -> &[f64] {
-        &self.0.as_slice()[26..]
+        &self.0.as_slice()[26..GIVEN]
+    }
+
+    /// By how much bearings and base had given at the tool, axes of B, m: it follows what they give
+    /// within [`GIVE_TIME`].
+    fn given(&self) -> Vector3<f64> {
+        self.0.fixed_rows::<3>(GIVEN).into_owned()
     }
 
     /// Path position x_m of what the tool left behind, m: of a process that keeps it, in the last
@@ -96,6 +111,8 @@ pub struct Contact {
     pub reaction: Reaction,
     /// These axes in B.
     pub axes: Matrix3<f64>,
+    /// Rate at which bearings and base give at the tool, axes of B, m/s.
+    give_rate: Vector3<f64>,
 }
 
 impl Contact {
@@ -161,48 +178,84 @@ impl Cell {
     /// gives under it finds no place.
     #[inline]
     pub fn contact(&self, time: f64, state: &State, drives: &Drives) -> Contact {
-        let first = self.contact_at(time, state, drives, self.robot.model.frames(&drives.link));
+        self.contact_giving(time, state, drives, GIVE_TIME.recip())
+    }
+
+    /// The same where nothing gives any more than it has.
+    pub(crate) fn standing_contact(&self, state: &State, drives: &Drives) -> Contact {
+        self.contact_giving(0.0, state, drives, 0.0)
+    }
+
+    /// A state whose bearings and base have given what they give to where it is.
+    pub fn settled(&self, mut state: State) -> State {
+        let drives = state.drives();
+        let contact = self.standing_contact(&state, &drives);
+        let rigid = self.robot.model.forward_kinematics(&drives.link);
+        let given = contact.frames.tcp.position - rigid.position;
+        state.0.fixed_rows_mut::<3>(GIVEN).copy_from(&given);
+        state
+    }
+
+    /// Of bearings and base that give at so much a second of what they have yet to.
+    #[inline]
+    fn contact_giving(&self, time: f64, state: &State, drives: &Drives, speed: f64) -> Contact {
+        let rigid = self.robot.model.frames(&drives.link);
+        let none = Vector3::zeros();
         if !self.robot.ports.frames_give() {
-            return first;
+            return self.contact_at(time, state, drives, rigid, -state.given() * speed);
         }
-        // Bearings and base give under the force, and the force depends on where they give to. The
-        // contact can be stiffer than they are, where the plain fixed point diverges: Aitken's
-        // relaxation.
-        let mut force = first.reaction.force;
-        let mut contact = first;
-        let mut relaxation = 0.5;
-        let mut before: Option<Vector3<f64>> = None;
+        let first = self.contact_at(time, state, drives, rigid, none);
+        // Bearings and base give under the force, and the force depends on where they give to, and how
+        // fast. Newton's method, with what they give in proportion to the force.
+        let given = |axes: &Matrix3<f64>, force: &Vector3<f64>| {
+            let frames = self.robot.frames(&drives.link, &wrench(axes, force), time);
+            (frames, frames.tcp.position - rigid.tcp.position)
+        };
+        let idle = given(&first.axes, &none).1;
+        let compliance = Matrix3::from_columns(&[0, 1, 2].map(|axis| {
+            let probing = Vector3::ith(axis, PROBING_FORCE);
+            first.axes.tr_mul(&(given(&first.axes, &probing).1 - idle)) / PROBING_FORCE
+        }));
+        let (mut contact, mut force, mut left) = (first, first.reaction.force, f64::INFINITY);
+        let mut step = force;
         for _ in 0..FRAME_ITERATIONS {
-            let load = wrench(&contact.axes, &force);
-            let frames = self.robot.frames(&drives.link, &load, time);
-            contact = self.contact_at(time, state, drives, frames);
+            let (frames, by) = given(&contact.axes, &force);
+            let rate = (by - state.given()) * speed;
+            contact = self.contact_at(time, state, drives, frames, rate);
             let residual = contact.reaction.force - force;
             if residual.amax() < FRAME_TOLERANCE {
                 return contact;
             }
-            if let Some(before) = before {
-                let change = residual - before;
-                relaxation *= -before.dot(&change) / change.norm_squared();
+            // Where the force bends, a step too long is taken back by half.
+            if residual.amax() > left {
+                step *= 0.5;
+                force -= step;
+                continue;
             }
-            force += residual * relaxation;
-            before = Some(residual);
+            left = residual.amax();
+            let Reaction { stiffness, damping, .. } = contact.reaction;
+            let slope = Matrix3::identity() + (stiffness + damping * speed) * compliance;
+            step = slope.lu().solve(&residual).unwrap_or(residual);
+            force += step;
         }
-        if before.is_some_and(|residual| residual.amax() > FRAME_RESIDUAL_MAX) {
+        if left > FRAME_RESIDUAL_MAX {
             contact.reaction.force.fill(f64::NAN);
         }
         contact
     }
 
-    /// The same where the frames are known.
+    /// The same where the frames are known, and how fast they give.
     fn contact_at(
         &self,
         time: f64,
         state: &State,
         drives: &Drives,
         frames: Frames<f64>,
+        give_rate: Vector3<f64>,
     ) -> Contact {
         let placed = self.seam.place(&frames.tcp.position);
-        let velocity = placed.axes.transpose() * frames.twist(&drives.link_rate).linear;
+        let velocity = frames.twist(&drives.link_rate).linear + give_rate;
+        let velocity = placed.axes.transpose() * velocity;
         let trail = self.process.keeps_trail().then(|| state.trail());
         let reaction = reaction_with_trail(
             &self.process,
@@ -212,7 +265,7 @@ impl Cell {
             (state.channel(), trail),
             state.spindle_angle(),
         );
-        Contact { frames, reaction, axes: placed.axes }
+        Contact { frames, reaction, axes: placed.axes, give_rate }
     }
 
     /// The right-hand side of (2.1) and of the process at a state, but for the motors' torque: see
@@ -235,8 +288,8 @@ impl Cell {
             None => (JointVector::from_element(f64::NAN), Matrix6::zeros(), None),
         };
         let (rates, friction_slope) =
-            self.rates(time, state, &drives, &spring, &acceleration, &contact.reaction);
-        let Contact { frames, reaction, axes } = contact;
+            self.rates(time, state, &drives, &spring, &acceleration, &contact);
+        let Contact { frames, reaction, axes, .. } = contact;
         Evaluation { rates, frames, inertia, factor, friction_slope, reaction, axes }
     }
 
@@ -255,7 +308,7 @@ impl Cell {
             &contact.wrench(),
             (&before, near.factor.as_ref()?),
         );
-        Some(self.rates(time, state, &drives, &spring, &acceleration, &contact.reaction).0)
+        Some(self.rates(time, state, &drives, &spring, &acceleration, &contact).0)
     }
 
     /// Rates of the whole state, and the slope of motor friction.
@@ -267,7 +320,7 @@ impl Cell {
         drives: &Drives,
         spring: &JointVector<f64>,
         acceleration: &JointVector<f64>,
-        reaction: &Reaction,
+        contact: &Contact,
     ) -> (StateVector, JointVector<f64>) {
         let mut friction_slope = JointVector::zeros();
         let mut rates = SVector::<f64, STATES>::zeros();
@@ -279,12 +332,14 @@ impl Cell {
             rates[12 + i] = acceleration[i];
             rates[18 + i] = -(spring[i] + friction.value) / self.robot.model.rotor_inertia()[i];
         }
+        let Contact { reaction, give_rate, .. } = contact;
         rates[24] = reaction.channel_rate;
         rates[25] = self.process.spindle;
-        self.robot.internal_rates(drives, state.internal(), &mut rates.as_mut_slice()[26..]);
+        self.robot.internal_rates(drives, state.internal(), &mut rates.as_mut_slice()[26..GIVEN]);
         if self.process.keeps_trail() {
             rates[TRAIL] = reaction.trail_rate;
         }
+        rates.fixed_rows_mut::<3>(GIVEN).copy_from(give_rate);
         (rates, friction_slope)
     }
 

@@ -94,6 +94,7 @@ pub(crate) fn operating_point(
     let mut state = State::at_rest(&link, &link, beside.y);
     state.0.fixed_rows_mut::<6>(12).copy_from(&rate);
     state.0.fixed_rows_mut::<6>(18).copy_from(&rate);
+    state = cell.settled(state);
     let load = cell.evaluate(0.0, &state).wrench();
     let motor = rest::motors_for(cell, &link, &load);
     state.0.fixed_rows_mut::<6>(6).copy_from(&motor);

@@ -143,10 +143,10 @@ fn settle(
 pub(crate) fn in_contact(cell: &Cell, motor: &JointVector<f64>) -> Result<Rest, EquilibriumError> {
     let at_rest = |link: &JointVector<f64>| cell.at_rest(link, motor);
     let (link, torque) = settle(cell, motor, |drives| {
-        let contact = cell.contact(0.0, &at_rest(&drives.link), drives);
+        let contact = cell.standing_contact(&at_rest(&drives.link), drives);
         (contact.frames, contact.wrench())
     })?;
-    Ok(Rest { state: at_rest(&link), torque })
+    Ok(Rest { state: cell.settled(at_rest(&link)), torque })
 }
 
 /// Link angles at rest under a given wrench on the tool (at the TCP, axes of B), motors held at
