@@ -1,11 +1,14 @@
 //! A base that gives is a spring in series with the joints', in motion as at rest.
 
 use crate::cell::KR500;
+use crate::cell::support::{Fixtures, law};
 use nalgebra::{Matrix6, Vector3};
 use trueweld_core::{JointVector, Robot};
 use trueweld_plant::effects::{Effect, EffectKind, Location};
 use trueweld_plant::integrate::link_dynamics::{DynamicLinks, Motors};
-use trueweld_plant::robot::ElasticRobot;
+use trueweld_plant::process::reaction;
+use trueweld_plant::robot::{ElasticRobot, Ports};
+use trueweld_plant::simulate::{ControllerKind, Phase, WeldProgram};
 
 const COMPLIANCE: f64 = 1e-8;
 const PERIOD: f64 = 1e-3;
@@ -81,4 +84,31 @@ fn it_swings_at_the_lowest_frequency_of_base_and_joints_together() {
     // Gravity's own stiffness, 24 kN·m/rad of 10 MN·m/rad, and damping of 3 % change a frequency by
     // a thousandth; the inertia that no joint follows counts to first order.
     assert!((measured / expected - 1.0).abs() < 5e-3, "{measured} {expected} {rigid}");
+}
+
+#[test]
+fn the_process_drags_on_a_tool_that_moves_as_fast_as_the_base_gives() {
+    let mut fixtures = Fixtures::of("vertical");
+    let along = (fixtures.weld.end - fixtures.weld.start).normalize();
+    fixtures.weld.end = fixtures.weld.start + along * 0.02;
+    fixtures.process = fixtures.process.even();
+    let cell = fixtures.cell(&["base-compliance::compliance_rad_nm=2e-8"]);
+    let none = law("none");
+    let run = fixtures.run(&cell, WeldProgram::Weld, ControllerKind::EXTERNAL, &none, &KR500);
+    let (mut largest, mut drag) = (0.0_f64, 0.0_f64);
+    for rows in run.rows.windows(3) {
+        let [before, now, after] = rows else { panic!("three of them") };
+        if now.phase != Phase::FeedRamp {
+            continue;
+        }
+        let turn = now.axes.transpose();
+        let velocity =
+            turn * (after.real.position - before.real.position) / (after.time - before.time);
+        let position = cell.seam.place(&now.real.position).position;
+        let (process, ports) = (&fixtures.process, Ports::default());
+        let at = reaction(process, &ports, now.time, &position, &velocity, position.y, 0.0);
+        largest = largest.max((now.force_w.x - at.force.x).abs());
+        drag = drag.max(at.force.x.abs());
+    }
+    assert!(drag > 2e3 && largest < 0.01 * drag, "{largest} of {drag} N");
 }

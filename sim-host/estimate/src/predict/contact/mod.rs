@@ -362,8 +362,9 @@ impl ContactForcePrediction {
                 wrench_behind(ports, &read, k as f64 * weld.period).force
             })
             .collect();
-        let mut force = weld.forces(process, ports, motion, Some(&lines.shake));
         let mut still = weld.forces(process, ports, motion, None);
+        let under = lines.under(weld, robot, process, &still);
+        let mut force = weld.forces(process, ports, motion, Some(&under.shake));
         let share = weld.carried(process, &behind, &force);
         [&mut force, &mut still].into_iter().for_each(|force| in_plane(force, &share));
         let read = |k: usize| {
@@ -394,7 +395,7 @@ impl ContactForcePrediction {
                 );
             }
         }
-        lines.residual(weld, robot, &still, residual);
+        lines.residual(weld, robot, (&still, &under), residual);
     }
 }
 

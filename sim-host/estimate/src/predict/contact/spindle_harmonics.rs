@@ -32,11 +32,12 @@ use super::super::{BaselineModel, Compared, ComparedQuantity};
 use super::tool::{LoadedTool, RecordedWeld};
 use super::wiener::signal_share;
 use nalgebra::{Complex, Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
+use std::borrow::Cow;
 use trueweld_core::{JointVector, Robot};
 use trueweld_logs::fir::dot;
 use trueweld_logs::noise::NoiseLevel;
 use trueweld_plant::input::Process;
-use trueweld_plant::process::{Reaction, reaction};
+use trueweld_plant::process::reaction;
 use trueweld_plant::robot::{Channel, ElasticRobot, Ports, Readings};
 
 /// Orders of the spindle at which the force is compared, as far as the sampling tells them apart.
@@ -68,7 +69,7 @@ pub(super) struct SpindleHarmonics {
     waves: Vec<[Vec<f64>; 2]>,
     /// How the tool shakes at the spindle's orders, beside what the tracker sees: position and
     /// velocity at every row, in W.
-    pub shake: Vec<[Vector3<f64>; 2]>,
+    shake: Vec<[Vector3<f64>; 2]>,
     /// What the arm makes of the ripple, for every compared row and order.
     loops: Vec<[Closed; COMPARED_ORDERS]>,
     /// Orders whose lines, folded by the sampling where they lie beyond half its rate, fall on no
@@ -97,8 +98,28 @@ struct ShakenRow {
     /// Amplitudes of the motors as they were read, and the share of each that noise does not make.
     motors: [SVector<Complex<f64>, 6>; COMPARED_ORDERS],
     shares: [JointVector<f64>; COMPARED_ORDERS],
-    /// The ripple of the force on a tool that does not shake.
+    /// The ripple of the force on a tool that does not shake and carries the push.
     still: [Vector3<Complex<f64>>; COMPARED_ORDERS],
+    /// What the nominal arm makes of it all.
+    arm: [ArmAtOrder; COMPARED_ORDERS],
+}
+
+/// How an arm moves the tool at an order of the spindle, in W.
+#[derive(Debug, Clone, Copy)]
+struct ArmAtOrder {
+    /// The tool's motion by the motors', and what of that is their noise.
+    free: Vector3<Complex<f64>>,
+    noise: Vector3<Complex<f64>>,
+    /// The tool's motion per force, at the order's frequency and as its samples fold.
+    compliance: [Matrix3<Complex<f64>>; 2],
+}
+
+/// How a tool shakes under a model.
+pub(super) struct SpindleShake<'s> {
+    /// Position and velocity at every row, beside what the tracker sees, in W.
+    pub shake: Cow<'s, [[Vector3<f64>; 2]]>,
+    /// What the arm makes of the ripple, for every compared row and order.
+    loops: Cow<'s, [[Closed; COMPARED_ORDERS]]>,
 }
 
 /// Amplitudes of the tool in W, by order: what the ripple makes, and what the motors move.
@@ -111,22 +132,18 @@ struct Closed {
     driven: Vector3<Complex<f64>>,
     /// What comes with the encoders' noise.
     noise: Vector3<Complex<f64>>,
-    /// What comes with ripple and shake together, of the nominal process.
+    /// What comes with ripple and shake together.
     product: Vector3<Complex<f64>>,
     /// Deviation that the arm's compliance leaves in the line, N.
     arm: Vector3<f64>,
 }
 
-/// What shakes at one angular frequency, in W.
-struct Shaken {
+/// How an arm moves its tool at one angular frequency, in W.
+struct MovedTool {
     /// The tool's motion per motor's motion.
     carried: Matrix3x6<Complex<f64>>,
     /// The same per force.
     compliance: Matrix3<Complex<f64>>,
-    /// The material's force against it per motion.
-    contact: Matrix3<Complex<f64>>,
-    /// (1 + Z C)⁻¹.
-    pass: Matrix3<Complex<f64>>,
 }
 
 /// Orders of a spindle that turns so many times from one sample to the next whose lines lie at
@@ -186,12 +203,21 @@ impl SpindleHarmonics {
 
     fn close(&mut self, weld: &RecordedWeld, level: &[NoiseLevel]) {
         self.places = self.placed(weld, level);
-        let nominal = self.places.iter().map(|place| self.closed(weld, &self.arm, place));
-        let (loops, amplitude): (Vec<_>, Vec<_>) = nominal.unzip();
+        let nominal = (&self.process, &Ports::default());
+        let closed = |place: &ShakenRow| {
+            self.closed(weld, nominal, (place.row, &place.arm), &place.held, &place.still)
+        };
+        let (loops, amplitude): (Vec<_>, Vec<_>) = self.places.iter().map(closed).unzip();
         self.loops = loops;
+        self.shake = self.shaking(weld, &amplitude);
+    }
+
+    /// Position and velocity, in W, at every row, of a tool that shakes with these amplitudes at the
+    /// compared ones.
+    fn shaking(&self, weld: &RecordedWeld, amplitude: &[Shake]) -> Vec<[Vector3<f64>; 2]> {
         // Before the first row and after the last one it shakes as it does there: what is slow
         // there reaches that far.
-        for row in 0..weld.angle.len() {
+        let at = |row: usize| {
             let after = weld.rows.partition_point(|r| *r <= row).min(weld.rows.len() - 1);
             let before = after.saturating_sub(1);
             let span = (weld.rows[after] - weld.rows[before]).max(1) as f64;
@@ -202,8 +228,43 @@ impl SpindleHarmonics {
                         .zip_map(&amplitude[after][n][part], |a, b| a * (1.0 - share) + b * share)
                 })
             });
-            self.shake[row] = self.at_phase(weld, &between, weld.angle[row]);
+            self.at_phase(weld, &between, weld.angle[row])
+        };
+        (0..weld.angle.len()).map(at).collect()
+    }
+
+    /// How the tool shakes under a model, and its loops, where `still` is the force on a tool that does not,
+    /// in W.
+    pub(crate) fn under<'s>(
+        &'s self,
+        weld: &RecordedWeld,
+        robot: &ElasticRobot,
+        process: &Process,
+        still: &[Vector3<f64>],
+    ) -> SpindleShake<'s> {
+        let still = weld.quick_vectors(&carried(weld, process, still));
+        let of_place = |place: &ShakenRow| {
+            let mut amplitude = [Vector3::zeros(); COMPARED_ORDERS];
+            for order in &self.orders {
+                amplitude[order - 1] = self.amplitude(weld, *order, place.row, &still);
+            }
+            amplitude
+        };
+        let still: Vec<_> = self.places.iter().map(of_place).collect();
+        let stiffer = stiffer(&self.arm, robot);
+        if stiffer.is_none() && self.places.iter().zip(&still).all(|(p, still)| p.still == *still) {
+            return SpindleShake { shake: Cow::from(&self.shake), loops: Cow::from(&self.loops) };
         }
+        let closed = |(place, still): (&ShakenRow, &[Vector3<Complex<f64>>; COMPARED_ORDERS])| {
+            let arm = stiffer.as_ref().map_or(place.arm, |arm| {
+                self.arm_at(weld, arm, (place.row, &place.q), (&place.motors, &place.shares))
+            });
+            let held = weld.held(process, place.row);
+            self.closed(weld, (process, &robot.ports), (place.row, &arm), &held, still)
+        };
+        let (loops, amplitude): (Vec<_>, Vec<_>) =
+            self.places.iter().zip(&still).map(closed).unzip();
+        SpindleShake { shake: Cow::from(self.shaking(weld, &amplitude)), loops: Cow::from(loops) }
     }
 
     /// What shakes the tool at every compared row.
@@ -229,55 +290,77 @@ impl SpindleHarmonics {
             shares[order - 1] = trusted(motors, level, 2.0 * weld.low.gain(0));
         }
         let force = weld.forces(&self.process, &Ports::default(), &weld.motion, None);
-        let force = weld.quick_vectors(&force);
+        let force = weld.quick_vectors(&carried(weld, &self.process, &force));
         let mut places = Vec::with_capacity(weld.rows.len());
         for (k, &row) in weld.rows.iter().enumerate() {
             let mut still = [Vector3::zeros(); COMPARED_ORDERS];
             for &order in &self.orders {
                 still[order - 1] = self.amplitude(weld, order, row, &force);
             }
-            places.push(ShakenRow {
-                row,
-                q: JointVector::from_fn(|i, _| smooth[i][row]),
-                held: weld.held(&self.process, row),
-                motors: std::array::from_fn(|n| motors[n][k]),
-                shares,
-                still,
-            });
+            let q = JointVector::from_fn(|i, _| smooth[i][row]);
+            let motors = std::array::from_fn(|n| motors[n][k]);
+            let arm = self.arm_at(weld, &self.arm, (row, &q), (&motors, &shares));
+            let held = weld.held(&self.process, row);
+            places.push(ShakenRow { row, q, held, motors, shares, still, arm });
         }
         places
     }
 
-    /// The loop at a place, closed through an arm, and how the tool shakes there.
-    fn closed(
+    /// What an arm with its links at `q` makes of the motors' amplitudes at a row, of which noise does
+    /// not make these shares.
+    fn arm_at(
         &self,
         weld: &RecordedWeld,
         arm: &Robot<f64>,
-        place: &ShakenRow,
+        (row, q): (usize, &JointVector<f64>),
+        (motors, shares): (
+            &[SVector<Complex<f64>, 6>; COMPARED_ORDERS],
+            &[JointVector<f64>; COMPARED_ORDERS],
+        ),
+    ) -> [ArmAtOrder; COMPARED_ORDERS] {
+        std::array::from_fn(|n| {
+            let [fast, slow] = [turning(weld, n + 1), folded(weld, n + 1)]
+                .map(|omega| arm_moves(&weld.axes[row], arm, q, omega));
+            let noise = motors[n].zip_map(&shares[n], |z, share| z * (1.0 - share));
+            ArmAtOrder {
+                free: slow.carried * motors[n],
+                noise: slow.carried * noise,
+                compliance: [fast.compliance, slow.compliance],
+            }
+        })
+    }
+
+    /// The loop at a row, closed through an arm and a process, and how the tool shakes there. `held`: the
+    /// tool, carrying the push; `still`: the ripple of the force where it does not shake.
+    fn closed(
+        &self,
+        weld: &RecordedWeld,
+        (process, ports): (&Process, &Ports),
+        (row, arm): (usize, &[ArmAtOrder; COMPARED_ORDERS]),
+        held: &LoadedTool,
+        still: &[Vector3<Complex<f64>>; COMPARED_ORDERS],
     ) -> ([Closed; COMPARED_ORDERS], Shake) {
-        let ShakenRow { row, q, held, motors, shares, still } = place;
         let mut closed = [Closed::default(); COMPARED_ORDERS];
         let mut shake: Shake = [[Vector3::zeros(); 2]; COMPARED_ORDERS];
         let mut contact = [[Matrix3::zeros(); 2]; COMPARED_ORDERS];
         for n in self.orders.iter().map(|order| order - 1) {
-            let at =
-                |omega| shaken(&weld.axes[*row], arm, (&self.process, &held.reaction), q, omega);
-            let (fast, slow) = (at(turning(weld, n + 1)), at(folded(weld, n + 1)));
-            let free = slow.carried * motors[n];
-            let driven = -(slow.pass * slow.contact * free);
-            let noise = motors[n].zip_map(&shares[n], |z, share| z * (1.0 - share));
-            let noise = -(slow.pass * slow.contact * slow.carried * noise);
-            let ripple = fast.pass * still[n];
-            // The nominal ripple shakes the tool, and the motors move it, the contact against them.
-            shake[n] = [fast.compliance * ripple, free + slow.compliance * driven];
-            contact[n] = [fast.contact, slow.contact];
+            let ArmAtOrder { free, noise, compliance } = arm[n];
+            contact[n] = [turning(weld, n + 1), folded(weld, n + 1)]
+                .map(|omega| process.slope_at(&held.reaction, omega));
+            let [pass, slow_pass] = [0, 1].map(|k| passed(&contact[n][k], &compliance[k]));
+            let driven = -(slow_pass * contact[n][1] * free);
+            let noise = -(slow_pass * contact[n][1] * noise);
+            let ripple = pass * still[n];
+            // The ripple shakes the tool, and the motors move it, the contact against them.
+            shake[n] = [compliance[0] * ripple, free + compliance[1] * driven];
             // δ(1 + Z C)⁻¹ = −(1 + Z C)⁻¹ Z δC (1 + Z C)⁻¹; what is driven changes as G does.
-            let loop_off = ripple - fast.pass * ripple + driven - slow.pass * driven;
+            let loop_off = ripple - pass * ripple + driven - slow_pass * driven;
             let arm = loop_off.zip_map(&driven, |a, b| COMPLIANCE_KNOWN * a.norm().max(b.norm()));
             let product = Vector3::zeros();
-            closed[n] = Closed { pass: fast.pass, driven: driven - noise, noise, product, arm };
+            closed[n] = Closed { pass, driven: driven - noise, noise, product, arm };
         }
-        let beside = beside_linear(&self.process, held, |phase| self.at_phase(weld, &shake, phase));
+        let of_phase = |phase| self.at_phase(weld, &shake, phase);
+        let beside = beside_linear((process, ports), row as f64 * weld.period, held, of_phase);
         for n in self.orders.iter().map(|order| order - 1) {
             let linear = contact[n][0] * shake[n][0] + contact[n][1] * shake[n][1];
             closed[n].product = closed[n].pass * (beside(n + 1) + linear);
@@ -421,8 +504,11 @@ impl SpindleHarmonics {
         let q = JointVector::from_fn(|i, _| self.encoder[row][i]);
         let process = weld.process(model);
         let held = weld.held(&process, row).reaction;
-        let Shaken { carried, contact, pass, .. } =
-            shaken(&weld.axes[row], &model.robot, (&process, &held), &q, folded(weld, order));
+        let turning = folded(weld, order);
+        let MovedTool { carried, compliance } =
+            arm_moves(&weld.axes[row], &model.robot, &q, turning);
+        let contact = process.slope_at(&held, turning);
+        let pass = passed(&contact, &compliance);
         let noise = SVector::<_, 6>::from_fn(|i, _| Complex::new(encoder[i].deviation, 0.0));
         let all = pass * contact * carried * Matrix6::from_diagonal(&noise);
         Vector3::from_fn(|c, _| all.row(c).iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt())
@@ -474,34 +560,16 @@ impl SpindleHarmonics {
         Complex::new(cosine, -sine)
     }
 
-    /// The loops closed through the nominal arm with what gears that remember add to its springs;
-    /// `None` where none does.
-    fn stiffer(
-        &self,
-        weld: &RecordedWeld,
-        robot: &ElasticRobot,
-    ) -> Option<Vec<[Closed; COMPARED_ORDERS]>> {
-        if robot.ports.memories() == 0 {
-            return None;
-        }
-        let added = robot.remembered_stiffness();
-        let mut parameters = self.arm.parameters().clone();
-        parameters.joints.iter_mut().zip(added.iter()).for_each(|(j, k)| j.stiffness += k);
-        let arm = Robot::new(parameters).ok()?;
-        Some(self.places.iter().map(|place| self.closed(weld, &arm, place).0).collect())
-    }
-
-    /// Measured less predicted, N, where `still` is the force on a tool that does not shake.
+    /// Measured less predicted, N, where `still` is the force on a tool that does not shake, and `under`
+    /// how it does.
     pub(crate) fn residual(
         &self,
         weld: &RecordedWeld,
         robot: &ElasticRobot,
-        still: &[Vector3<f64>],
+        (still, under): (&[Vector3<f64>], &SpindleShake<'_>),
         residual: &mut Vec<f64>,
     ) {
         let ports = &robot.ports;
-        let stiffer = self.stiffer(weld, robot);
-        let loops = stiffer.as_ref().unwrap_or(&self.loops);
         let zero = sensed(ports, Channel::Wrench, unread(0.0)).force;
         let late_by = ports.delay(Channel::Wrench);
         let still = weld.quick_vectors(still);
@@ -512,7 +580,7 @@ impl SpindleHarmonics {
             let back = Complex::from_polar(1.0, -turning(weld, order) * late_by);
             let driven_back = Complex::from_polar(1.0, -folded(weld, order) * late_by);
             for (k, &row) in weld.rows.iter().enumerate() {
-                let closed = &loops[k][order - 1];
+                let closed = &under.loops[k][order - 1];
                 let ripple = closed.pass * ripples[k][order - 1] + closed.product;
                 let force = ripple.map(|z| z * back) + closed.driven.map(|z| z * driven_back);
                 // As the nominal arm has it, whatever the model.
@@ -530,6 +598,23 @@ impl SpindleHarmonics {
             }
         }
     }
+}
+
+/// Predicted forces as they are under the push that was measured: a ripple goes with that.
+fn carried(weld: &RecordedWeld, process: &Process, forces: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let share = weld.carried(process, &weld.force, forces);
+    forces.iter().zip(share).map(|(force, share)| force * share).collect()
+}
+
+/// A nominal arm with what gears that remember add to its springs; `None` where none does.
+fn stiffer(arm: &Robot<f64>, robot: &ElasticRobot) -> Option<Robot<f64>> {
+    if robot.ports.memories() == 0 {
+        return None;
+    }
+    let added = robot.remembered_stiffness();
+    let mut parameters = arm.parameters().clone();
+    parameters.joints.iter_mut().zip(added.iter()).for_each(|(j, k)| j.stiffness += k);
+    Robot::new(parameters).ok()
 }
 
 /// Share of the mean square of each encoder's amplitudes, by row, that its noise does not make.
@@ -559,31 +644,34 @@ fn folded(weld: &RecordedWeld, order: usize) -> f64 {
     turning(weld, order) - rate * (turning(weld, order) / rate).round()
 }
 
-/// Arm and contact at an angular frequency, with the links at `q`. `axes`: of W in B; `held`: the
-/// reaction of a tool that carries the push.
-fn shaken(
+/// An arm at an angular frequency, with the links at `q`. `axes`: of W in B.
+fn arm_moves(
     axes: &Matrix3<f64>,
     arm: &Robot<f64>,
-    (process, held): (&Process, &Reaction),
     q: &JointVector<f64>,
     turning: f64,
-) -> Shaken {
+) -> MovedTool {
     let frames = arm.frames(q);
     let jacobian = axes.transpose() * frames.jacobian().0.fixed_rows::<3>(3);
     let jacobian = jacobian.map(|x| Complex::new(x, 0.0));
     let spring = Matrix6::from_diagonal(&arm.dynamic_stiffness(turning));
     let h = arm.dynamic_compliance(&frames, turning).unwrap_or_else(Matrix6::zeros);
-    let contact = process.slope_at(held, turning);
-    let compliance = jacobian * h * jacobian.transpose();
-    let pass =
-        (Matrix3::identity() + contact * compliance).try_inverse().unwrap_or_else(Matrix3::zeros);
-    Shaken { carried: jacobian * h * spring, compliance, contact, pass }
+    MovedTool { carried: jacobian * h * spring, compliance: jacobian * h * jacobian.transpose() }
+}
+
+/// (1 + Z C)⁻¹.
+fn passed(
+    contact: &Matrix3<Complex<f64>>,
+    compliance: &Matrix3<Complex<f64>>,
+) -> Matrix3<Complex<f64>> {
+    (Matrix3::identity() + contact * compliance).try_inverse().unwrap_or_else(Matrix3::zeros)
 }
 
 /// Amplitude by order of what the force on a tool that shakes differs by from that on a tool that
-/// does not, in W: of the nominal process. `shake`: position and velocity by the spindle's angle.
+/// does not, in W. `shake`: position and velocity by the spindle's angle.
 fn beside_linear(
-    process: &Process,
+    (process, ports): (&Process, &Ports),
+    time: f64,
     held: &LoadedTool,
     shake: impl Fn(f64) -> [Vector3<f64>; 2],
 ) -> impl Fn(usize) -> Vector3<Complex<f64>> {
@@ -592,8 +680,7 @@ fn beside_linear(
         let [by, at] = shake(angle(k));
         let at = process.vibration_speed(&by, &at);
         let force = |position, velocity| {
-            let ports = Ports::default();
-            reaction(process, &ports, 0.0, &position, &velocity, held.channel, angle(k)).force
+            reaction(process, ports, time, &position, &velocity, held.channel, angle(k)).force
         };
         force(held.position + by, held.velocity + at) - force(held.position, held.velocity)
     });
