@@ -132,6 +132,31 @@ fn a_firm_plate_makes_as_much_more_of_the_tracker_s_noise_as_is_said() {
     assert!(scores.iter().all(|[_, own]| (0.8..1.2).contains(own)), "{scores:?}");
 }
 
+/// A ripple of the model's own shakes the tool, which takes a part of the drag away: 130 N in their mean, of
+/// 15 N of noise.
+#[test]
+fn a_ripple_that_the_model_has_takes_from_the_drag_what_it_shakes_the_tool_by() {
+    let values = [4.0, 0.14, 0.37, -1.4];
+    let ripple = effect("spindle-harmonic", Location::Cell, &values);
+    let (mut sums, mut counts) = ([0.0; 3], [0.0; 3]);
+    for seed in [1, 2, 3] {
+        let protocol = Protocol { postures: 0, rings: 0, free: 0.0, ..Protocol::usual() };
+        let recipe = Recipe { protocol, noise: 3.0, ..Recipe::plain(seed) };
+        let ready = ready(&recipe.with_effect(ripple.clone())).expect("the campaign is made");
+        let predictions = predicted(&ready, slice::from_ref(&ripple));
+        for (experiment, at) in ready.problem.logs.iter().zip(&predictions) {
+            for (c, r) in experiment.compared.iter().zip(at.in_own_noise().iter()) {
+                if c.quantity == ComparedQuantity::Force {
+                    sums[usize::from(c.component)] += r * r;
+                    counts[usize::from(c.component)] += 1.0;
+                }
+            }
+        }
+    }
+    let scores = [0, 1, 2].map(|c| f64::sqrt(sums[c] / counts[c]));
+    assert!(scores.iter().all(|score| *score < 1.3), "{scores:?}");
+}
+
 /// A campaign with friction in a gear that carries the arm, and what the truth leaves of it: score of
 /// each channel of each log.
 fn left_where_a_gear_remembers() -> Vec<(LogKind, &'static str, f64)> {
