@@ -105,7 +105,7 @@ struct ShakenRow {
 }
 
 /// How an arm moves the tool at an order of the spindle, in W.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct ArmAtOrder {
     /// The tool's motion by the motors', and what of that is their noise.
     free: Vector3<Complex<f64>>,
@@ -318,16 +318,18 @@ impl SpindleHarmonics {
             &[JointVector<f64>; COMPARED_ORDERS],
         ),
     ) -> [ArmAtOrder; COMPARED_ORDERS] {
-        std::array::from_fn(|n| {
+        let mut at = [ArmAtOrder::default(); COMPARED_ORDERS];
+        for n in self.orders.iter().map(|order| order - 1) {
             let [fast, slow] = [turning(weld, n + 1), folded(weld, n + 1)]
                 .map(|omega| arm_moves(&weld.axes[row], arm, q, omega));
             let noise = motors[n].zip_map(&shares[n], |z, share| z * (1.0 - share));
-            ArmAtOrder {
+            at[n] = ArmAtOrder {
                 free: slow.carried * motors[n],
                 noise: slow.carried * noise,
                 compliance: [fast.compliance, slow.compliance],
-            }
-        })
+            };
+        }
+        at
     }
 
     /// The loop at a row, closed through an arm and a process, and how the tool shakes there. `held`: the
