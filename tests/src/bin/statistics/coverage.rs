@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
 use std::fs::{OpenOptions, read_to_string};
 use std::io::{ErrorKind, Write as _};
 use std::path::PathBuf;
@@ -83,12 +84,24 @@ fn kinds() -> Vec<&'static EffectKind> {
     library().filter(|kind| kind.drawn.is_some() && is_stated(kind)).collect()
 }
 
+/// Squared Mahalanobis distance of numbers that are off by so much, and how many these are. A phase is off
+/// by less than half a turn where the others are: with another order it is another one at the same angle.
 fn distance(posterior: &Posterior, of: &[(usize, f64)]) -> (f64, usize) {
     let covariance =
         DMatrix::from_fn(of.len(), of.len(), |i, j| posterior.covariance_of(of[i].0, of[j].0));
-    let off = DVector::from_iterator(of.len(), of.iter().map(|(_, off)| *off));
-    let distance = covariance.cholesky().map_or(f64::MAX, |factor| off.dot(&factor.solve(&off)));
-    (distance, of.len())
+    let mut off = DVector::from_iterator(of.len(), of.iter().map(|(_, off)| *off));
+    let Some(factor) = covariance.cholesky() else { return (f64::MAX, of.len()) };
+    let is_phase = |i: &usize| {
+        let number = &posterior.numbers[of[*i].0];
+        number.kind.parameters[number.parameter].role == Role::Phase
+    };
+    for i in (0..of.len()).filter(is_phase) {
+        let mut axis = DVector::zeros(of.len());
+        axis[i] = 1.0;
+        let along = factor.solve(&axis);
+        off[i] -= TAU * (along.dot(&off) / (along[i] * TAU)).round();
+    }
+    (off.dot(&factor.solve(&off)), of.len())
 }
 
 fn examine(arguments: &Arguments, index: usize) -> Result<Case, Box<dyn std::error::Error>> {
