@@ -76,6 +76,18 @@ impl<'a> ShownLog<'a> {
         format!("/{}/difference/{channel}", self.root)
     }
 
+    /// Least and largest difference in a channel's plot; `None` where there is no room between them.
+    pub(crate) fn extent(&self, channel: &ChannelComparison) -> Option<[f64; 2]> {
+        let factor = Scale::small(channel.unit).factor;
+        let logs = std::iter::once(self.log).chain(self.after);
+        let traces = logs.flat_map(|log| &log.traces).filter(|t| t.channel == channel.name);
+        let readings = traces.flat_map(|t| t.measured.iter().zip(&t.predicted));
+        let [low, high] = readings
+            .map(|(measured, predicted)| (measured - predicted) * factor)
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
+        (low < high).then_some([low, high])
+    }
+
     /// Title of a channel's plot.
     pub(crate) fn title(&self, channel: &ChannelComparison) -> String {
         let unit = Scale::small(channel.unit).unit;
@@ -173,24 +185,27 @@ pub(super) fn about(model: &Path, comparison: &Comparison) -> String {
     text
 }
 
-/// What the picture in space means.
+/// What the pictures mean.
 fn legend(shown: &[ShownLog]) -> String {
-    let improved = match shown.iter().any(|s| s.after.is_some()) {
-        true => {
-            " Blue where the better model has it. In the plots: greyish before, in full colour after."
-        }
-        false => "",
-    };
-    let mut text = format!(
-        "\nIn space: grey where the model has the tool, coloured where it was measured: green within twice the noise, {} from ten \
-         times on.{improved} How much too large deviations are drawn:\n\n",
-        crate::color::run_in_words(0)
-    );
-    for shown in shown {
-        match shown.exaggeration {
-            None => {}
-            Some(1.0) => text += &format!("- {}: to scale\n", shown.log.name),
-            Some(factor) => text += &format!("- {}: {factor:.0} ×\n", shown.log.name),
+    let mut text = "\n".to_owned();
+    let improved = shown.iter().any(|s| s.after.is_some());
+    let factors: Vec<(&str, f64)> =
+        shown.iter().filter_map(|s| Some((s.log.name.as_str(), s.exaggeration?))).collect();
+    if improved {
+        text += "In the plots: greyish before, in full colour after. ";
+    }
+    if !factors.is_empty() {
+        text += &format!(
+            "In space: grey where the model has the tool, coloured where it was measured: green within twice the noise, \
+             {} from ten times on.{} How much too large deviations are drawn:\n\n",
+            crate::color::run_in_words(0),
+            if improved { " Blue where the better model has it." } else { "" },
+        );
+    }
+    for (log, factor) in factors {
+        match factor {
+            1.0 => text += &format!("- {log}: to scale\n"),
+            factor => text += &format!("- {log}: {factor:.0} ×\n"),
         }
     }
     text

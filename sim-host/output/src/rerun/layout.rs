@@ -387,9 +387,15 @@ pub(super) fn compare<W: Write>(
     for (shown, channel) in channels {
         // Of two models, one entity each below it.
         let entity = format!("{}/**", shown.difference(&channel.name));
-        let axis = whole(shown.log);
-        let properties: [(&str, &dyn AsComponents); 2] =
-            [("PlotLegend", &legend), ("TimeAxis", &axis)];
+        let time = whole(shown.log);
+        // Above the curves room for the legend.
+        let difference = shown.extent(channel).map(|[low, high]| {
+            let room = high - low;
+            view::ScalarAxis::new().with_range(Range1D([low - 0.05 * room, high + 0.3 * room]))
+        });
+        let difference = difference.unwrap_or_default();
+        let properties: [(&str, &dyn AsComponents); 3] =
+            [("PlotLegend", &legend), ("TimeAxis", &time), ("ScalarAxis", &difference)];
         plots.push(layout.view("TimeSeries", &shown.title(channel), &[entity], &properties)?);
     }
     let rest = plots.split_off(CHANNELS_ALWAYS_SHOWN.min(plots.len()));
