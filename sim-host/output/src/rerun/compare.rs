@@ -76,7 +76,7 @@ impl<'a> ShownLog<'a> {
         format!("/{}/difference/{channel}", self.root)
     }
 
-    /// Least and largest difference in a channel's plot; `None` where there is no room between them.
+    /// Range of the differences in a channel's plot, with nothing in it; `None` where all are nothing.
     pub(crate) fn extent(&self, channel: &ChannelComparison) -> Option<[f64; 2]> {
         let factor = Scale::small(channel.unit).factor;
         let logs = std::iter::once(self.log).chain(self.after);
@@ -84,7 +84,7 @@ impl<'a> ShownLog<'a> {
         let readings = traces.flat_map(|t| t.measured.iter().zip(&t.predicted));
         let [low, high] = readings
             .map(|(measured, predicted)| (measured - predicted) * factor)
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
+            .fold([0.0f64; 2], |[low, high], v| [low.min(v), high.max(v)]);
         (low < high).then_some([low, high])
     }
 
