@@ -76,16 +76,15 @@ impl<'a> ShownLog<'a> {
         format!("/{}/difference/{channel}", self.root)
     }
 
-    /// Range of the differences in a channel's plot, with nothing in it; `None` where all are nothing.
-    pub(crate) fn extent(&self, channel: &ChannelComparison) -> Option<[f64; 2]> {
+    /// Range of the differences in a channel's plot, with nothing in it.
+    pub(crate) fn extent(&self, channel: &ChannelComparison) -> [f64; 2] {
         let factor = Scale::small(channel.unit).factor;
         let logs = std::iter::once(self.log).chain(self.after);
         let traces = logs.flat_map(|log| &log.traces).filter(|t| t.channel == channel.name);
         let readings = traces.flat_map(|t| t.measured.iter().zip(&t.predicted));
-        let [low, high] = readings
+        readings
             .map(|(measured, predicted)| (measured - predicted) * factor)
-            .fold([0.0f64; 2], |[low, high], v| [low.min(v), high.max(v)]);
-        (low < high).then_some([low, high])
+            .fold([0.0; 2], |[low, high], v| [low.min(v), high.max(v)])
     }
 
     /// Title of a channel's plot.

@@ -160,13 +160,10 @@ pub(super) fn weld<W: Write>(
     } else {
         view::ScalarAxis::new()
     };
-    // Both limits, and above the curves room for the legend.
+    // Both limits.
     let limit = shown.first().map_or(0.0, |s| s.recording.half_pin * MILLI);
     let [low, high] = extent(shown, |r| [r.deviation_w.linear.y * MILLI]);
-    let (low, high) = (low.min(-limit), high.max(limit));
-    let room = high - low;
-    let lateral_axis =
-        view::ScalarAxis::new().with_range(Range1D([low - 0.05 * room, high + 0.3 * room]));
+    let lateral_axis = axis_of([low.min(-limit), high.max(limit)]);
     let mut plots = Vec::new();
     for group in GROUPS {
         let runs = shown.iter().enumerate().filter(|(k, s)| match group.of {
@@ -388,12 +385,7 @@ pub(super) fn compare<W: Write>(
         // Of two models, one entity each below it.
         let entity = format!("{}/**", shown.difference(&channel.name));
         let time = whole(shown.log);
-        // Above the curves room for the legend.
-        let difference = shown.extent(channel).map(|[low, high]| {
-            let room = high - low;
-            view::ScalarAxis::new().with_range(Range1D([low - 0.05 * room, high + 0.3 * room]))
-        });
-        let difference = difference.unwrap_or_default();
+        let difference = axis_of(shown.extent(channel));
         let properties: [(&str, &dyn AsComponents); 3] =
             [("PlotLegend", &legend), ("TimeAxis", &time), ("ScalarAxis", &difference)];
         plots.push(layout.view("TimeSeries", &shown.title(channel), &[entity], &properties)?);
@@ -432,6 +424,15 @@ fn whole(log: &LogComparison) -> view::TimeAxis {
 fn extent<const N: usize>(shown: &[DrawnRun], of: impl Fn(&RecordRow) -> [f64; N]) -> [f64; 2] {
     let values = shown.iter().flat_map(|s| s.recording.rows.iter()).flat_map(of);
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
+}
+
+/// A vertical axis of a range, above it room for the legend; the viewer's own where the range is empty.
+fn axis_of([low, high]: [f64; 2]) -> view::ScalarAxis {
+    let room = high - low;
+    match room > 0.0 {
+        true => view::ScalarAxis::new().with_range(Range1D([low - 0.05 * room, high + 0.3 * room])),
+        false => view::ScalarAxis::new(),
+    }
 }
 
 /// First and last instant of the steady part, s.
