@@ -36,8 +36,9 @@ pub(super) fn confusable(ctx: &SearchContext<'_>, screened: &[ScreenedEffect]) -
         .flat_map(|(h, s)| s.slopes.iter().map(move |slope| (h, slope)))
         .unzip();
     let SearchContext { null, blocks, .. } = ctx;
-    let all =
-        null.linear.extended(blocks, &null.residuals, &null.slopes, &more).information(None, 1.0);
+    let slopes: Vec<&Slopes> = null.slopes.iter().chain(more).collect();
+    let all = null.linear.renewed(blocks, &null.residuals, &slopes, |_| false);
+    let all = all.information(None, 1.0);
     // Without the shadow that each slope has on the calibrations.
     let (n, m) = (null.slopes.len(), columns.len());
     let cross = all.view((0, n), (n, m)).into_owned();

@@ -22,7 +22,7 @@ pub(super) fn gross_calibration(
     }
     let (start, dearest) = released(base, dearest)?;
     let full = SolverOptions { goal: dearest, ..SolverOptions::full(in_proportion(&start)) };
-    let fitted = fit::fit(problem, &start, blocks, &base.slopes, full).ok()?;
+    let fitted = fit::fit_beside(problem, &start, blocks, base, full).ok()?;
     let promises = fitted.termination != Termination::Unpromising && fitted.cost < dearest;
     (promises && within_noise(problem, &fitted.residuals)).then_some(fitted)
 }

@@ -72,7 +72,7 @@ fn fit_roughly(
 ) -> Vec<Fitted> {
     let fit = |start: &FitStart<'_>| {
         let options = SolverOptions::steps(steps(start), start.base.slopes.len());
-        fit::fit(ctx.problem, &start.point, ctx.blocks, &start.base.slopes, options).ok()
+        fit::fit_beside(ctx.problem, &start.point, ctx.blocks, start.base, options).ok()
     };
     starts.par_iter().filter_map(fit).collect()
 }
@@ -91,7 +91,7 @@ fn start<'a>(
     let mut at_size = |effect: &Effect| {
         with.shared[last] = effect.clone();
         let at = fit::residuals_beside(ctx.problem, &with, (&base.residuals, effect)).ok()?;
-        let linear = base.linear.beside(ctx.blocks, &at, &base.slopes);
+        let linear = base.beside(ctx.blocks, &at);
         let step = linear.solve(None, 0.0, None)?.step;
         Some((linear.cost(&step), step))
     };
@@ -357,7 +357,7 @@ pub(super) fn refit_scaled(
             let mut point = fitted.point.clone();
             point.shared[effect] = scaled(&point.shared[effect], *factor);
             let options = SolverOptions::steps(1, fitted.slopes.len());
-            fit::fit(problem, &point, blocks, &fitted.slopes, options).ok()
+            fit::fit_beside(problem, &point, blocks, fitted, options).ok()
         });
         let inflation = (fit::chi_square(&fitted.residuals)
             / fit::count(&fitted.residuals).max(1) as f64)

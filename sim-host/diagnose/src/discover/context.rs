@@ -24,8 +24,9 @@ pub(super) struct DiscoveryContext<'a> {
 impl DiscoveryContext<'_> {
     /// The linear model of the calibrations with more values beside them, of which nothing is known.
     pub(crate) fn beside(&self, more: &[Slopes]) -> Linear {
-        let more: Vec<&Slopes> = more.iter().collect();
-        self.null.linear.extended(self.blocks, &self.null.residuals, &self.null.slopes, &more)
+        let Fitted { linear, residuals, slopes, .. } = self.null;
+        let all: Vec<&Slopes> = slopes.iter().chain(more).collect();
+        linear.renewed(self.blocks, residuals, &all, |_| false)
     }
 
     /// The same, condensed onto these values.

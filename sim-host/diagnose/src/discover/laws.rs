@@ -274,7 +274,7 @@ impl FreeFormLaw {
             for (apart, other) in apart.iter_mut().zip(&other.residuals) {
                 apart.residual.iter_mut().zip(&other.residual).for_each(|(a, b)| *a -= b);
             }
-            let mut linear = own.linear.beside(&fit::blocks_of(problem), &apart, &own.slopes);
+            let mut linear = own.beside(&fit::blocks_of(problem), &apart);
             // Of its own values any shape is as good; what calibrations are expected to be holds them
             // where the other has them.
             let law = EffectScope::Shared(own.point.shared.len().checked_sub(1)?);

@@ -59,39 +59,41 @@ impl Linear {
         prior: DMatrix<f64>,
         away: DVector<f64>,
     ) -> Self {
-        let n = slopes.len();
-        let mut linear = Self {
-            jtj: vec![DMatrix::zeros(n, n); BLOCKS],
-            jtr: vec![DVector::zeros(n); BLOCKS],
-            rss: vec![0.0; BLOCKS],
-            prior,
-            away,
-            held_out_prior: HeldOutPrior::none(n),
-        };
-        linear.add(blocks, at, slopes, (0..n, 0..n));
-        linear.add_rss(blocks, at);
-        linear
+        Self { prior, away, ..Self::empty().renewed(blocks, at, slopes, |_| true) }
     }
 
-    /// Adds the residuals' own squares.
-    fn add_rss(&mut self, blocks: &[Vec<u8>], at: &Residuals) {
-        for (blocks, at) in blocks.iter().zip(at) {
-            for run in runs(blocks) {
-                let r = &at.residual[run.clone()];
-                self.rss[blocks[run.start] as usize] += dot(r, r);
-            }
+    /// Of no values and no residuals.
+    pub(super) fn empty() -> Self {
+        Self {
+            jtj: vec![DMatrix::zeros(0, 0); BLOCKS],
+            jtr: vec![DVector::zeros(0); BLOCKS],
+            rss: vec![0.0; BLOCKS],
+            prior: DMatrix::zeros(0, 0),
+            away: DVector::zeros(0),
+            held_out_prior: HeldOutPrior::none(0),
         }
     }
 
-    /// Adds to the normal equations: products of the values in one range with those before them,
-    /// and with the residuals of those in the other.
-    fn add(
-        &mut self,
+    /// The same beside other residuals, with more values, of which nothing is known beforehand, or with
+    /// other slopes of some: of those for which `is_new` is true. `slopes`: of all values.
+    pub fn renewed(
+        &self,
         blocks: &[Vec<u8>],
         at: &Residuals,
         slopes: &[&Slopes],
-        (products, gradients): (Range<usize>, Range<usize>),
-    ) {
+        is_new: impl Fn(usize) -> bool,
+    ) -> Self {
+        let (known, n) = (self.away.len(), slopes.len());
+        let is_new: Vec<bool> = (0..n).map(|k| k >= known || is_new(k)).collect();
+        let mut linear = self.with_more(n);
+        linear.jtr = vec![DVector::zeros(n); BLOCKS];
+        linear.rss = vec![0.0; BLOCKS];
+        for (k, _) in is_new.iter().enumerate().filter(|(_, is_new)| **is_new) {
+            for jtj in &mut linear.jtj {
+                jtj.row_mut(k).fill(0.0);
+                jtj.column_mut(k).fill(0.0);
+            }
+        }
         for (log, blocks) in blocks.iter().enumerate() {
             let seen: Vec<(usize, &[f64])> = slopes
                 .iter()
@@ -101,49 +103,38 @@ impl Linear {
             for run in runs(blocks) {
                 let b = blocks[run.start] as usize;
                 let r = &at[log].residual[run.clone()];
+                linear.rss[b] += dot(r, r);
                 for (i, (k, a)) in seen.iter().enumerate() {
                     let a = &a[run.clone()];
-                    if gradients.contains(k) {
-                        self.jtr[b][*k] += dot(a, r);
-                    }
-                    for (l, c) in seen[..=i].iter().filter(|_| products.contains(k)) {
+                    linear.jtr[b][*k] += dot(a, r);
+                    for (l, c) in seen[..=i].iter().filter(|(l, _)| is_new[*k] || is_new[*l]) {
                         let product = dot(a, &c[run.clone()]);
-                        self.jtj[b][(*k, *l)] += product;
+                        linear.jtj[b][(*k, *l)] += product;
                         if k != l {
-                            self.jtj[b][(*l, *k)] += product;
+                            linear.jtj[b][(*l, *k)] += product;
                         }
                     }
                 }
             }
         }
+        linear
     }
 
-    /// The same with more values, of which nothing is known beforehand: `known` are the slopes of
-    /// those it has.
-    pub fn extended(
-        &self,
-        blocks: &[Vec<u8>],
-        at: &Residuals,
-        known: &[Slopes],
-        more: &[&Slopes],
-    ) -> Self {
-        let (n, all) = (self.away.len(), self.away.len() + more.len());
-        let longer = |v: &DVector<f64>| v.clone().resize_vertically(all, 0.0);
-        let mut linear = Self {
-            jtj: self.jtj.iter().map(|s| s.clone().resize(all, all, 0.0)).collect(),
+    /// The same with so many values, of the last of which nothing is known and no slope.
+    fn with_more(&self, values: usize) -> Self {
+        let longer = |v: &DVector<f64>| v.clone().resize_vertically(values, 0.0);
+        Self {
+            jtj: self.jtj.iter().map(|s| s.clone().resize(values, values, 0.0)).collect(),
             jtr: self.jtr.iter().map(longer).collect(),
             rss: self.rss.clone(),
-            prior: self.prior.clone().resize(all, all, 0.0),
+            prior: self.prior.clone().resize(values, values, 0.0),
             away: longer(&self.away),
             held_out_prior: HeldOutPrior {
                 weight: longer(&self.held_out_prior.weight),
                 away: longer(&self.held_out_prior.away),
                 shapes: self.held_out_prior.shapes.clone(),
             },
-        };
-        let slopes: Vec<&Slopes> = known[..n].iter().chain(more.iter().copied()).collect();
-        linear.add(blocks, at, &slopes, (n..all, n..all));
-        linear
+        }
     }
 
     /// The same with one value more for each of `sums`, which moves all values of that list alike and of
@@ -151,38 +142,14 @@ impl Linear {
     pub fn with_sums(&self, sums: &[Vec<usize>]) -> Self {
         let (n, all) = (self.away.len(), self.away.len() + sums.len());
         let mut to = DMatrix::identity(n, all);
+        let mut with_sums = self.with_more(all);
         for (k, sum) in sums.iter().enumerate() {
             sum.iter().for_each(|i| to[(*i, n + k)] = 1.0);
+            with_sums.prior[(n + k, n + k)] = self.prior[(sum[0], sum[0])];
         }
-        let jtj = |s: &DMatrix<f64>| to.tr_mul(s) * &to;
-        let longer = |v: &DVector<f64>| v.clone().resize_vertically(all, 0.0);
-        let mut prior = self.prior.clone().resize(all, all, 0.0);
-        for (k, sum) in sums.iter().enumerate() {
-            prior[(n + k, n + k)] = self.prior[(sum[0], sum[0])];
-        }
-        Self {
-            jtj: self.jtj.iter().map(jtj).collect(),
-            jtr: self.jtr.iter().map(|s| to.tr_mul(s)).collect(),
-            rss: self.rss.clone(),
-            prior,
-            away: longer(&self.away),
-            held_out_prior: HeldOutPrior {
-                weight: longer(&self.held_out_prior.weight),
-                away: longer(&self.held_out_prior.away),
-                shapes: self.held_out_prior.shapes.clone(),
-            },
-        }
-    }
-
-    /// The same slopes beside other residuals.
-    pub fn beside(&self, blocks: &[Vec<u8>], at: &Residuals, slopes: &[Slopes]) -> Self {
-        let mut linear = self.clone();
-        linear.jtr.iter_mut().for_each(|s| s.fill(0.0));
-        linear.rss.fill(0.0);
-        let slopes: Vec<&Slopes> = slopes.iter().collect();
-        linear.add(blocks, at, &slopes, (0..0, 0..slopes.len()));
-        linear.add_rss(blocks, at);
-        linear
+        with_sums.jtj = self.jtj.iter().map(|jtj| to.tr_mul(jtj) * &to).collect();
+        with_sums.jtr = self.jtr.iter().map(|jtr| to.tr_mul(jtr)).collect();
+        with_sums
     }
 
     /// JᵀJ over all blocks but one (`None`: over all), so many times smaller, and the priors.
@@ -527,22 +494,26 @@ mod tests {
     use crate::predict::Prediction;
 
     #[test]
-    fn values_beside_none_are_as_values_alone() {
-        let residual: Vec<f64> = (0..20).map(|k| f64::from(k % 7) - 2.5).collect();
-        let at: Residuals =
-            vec![Prediction { residual, motion: None, late: None, not_evidence: 0.0, noise: None }];
+    fn what_is_renewed_is_as_if_it_were_new() {
+        let at = |unit: f64| -> Residuals {
+            let residual = (0..20).map(|k| unit * (f64::from(k % 7) - 2.5)).collect();
+            vec![Prediction { residual, motion: None, late: None, not_evidence: 0.0, noise: None }]
+        };
         let blocks: Vec<Vec<u8>> = vec![(0..20).map(|k| k / 2).collect()];
-        let slopes: Slopes = vec![Some((0..20).map(|k| f64::from(k).sin()).collect())];
-        let none = DVector::zeros(0);
-        let alone = Linear::new(&blocks, &at, &[&slopes], DMatrix::zeros(1, 1), DVector::zeros(1));
-        let beside = Linear::new(&blocks, &at, &[], DMatrix::zeros(0, 0), none).extended(
-            &blocks,
-            &at,
-            &[],
-            &[&slopes],
-        );
-        assert_eq!(alone.rss, beside.rss);
-        assert_eq!(alone.held_out(None), beside.held_out(None));
+        let slopes = |rate: f64| -> Slopes {
+            vec![Some((0..20).map(|k| (rate * f64::from(k)).sin()).collect())]
+        };
+        let new = |at: &Residuals, slopes: &[&Slopes]| {
+            let n = slopes.len();
+            Linear::new(&blocks, at, slopes, DMatrix::zeros(n, n), DVector::zeros(n))
+        };
+        let (first, other, more) = (slopes(1.0), slopes(0.4), slopes(0.7));
+        let before = new(&at(2.0), &[&first, &first]);
+        let after = [&other, &first, &more];
+        let renewed = before.renewed(&blocks, &at(1.0), &after, |k| k == 0);
+        let new = new(&at(1.0), &after);
+        assert_eq!((renewed.jtj, renewed.jtr, renewed.rss), (new.jtj, new.jtr, new.rss));
+        assert_eq!((renewed.prior, renewed.away), (new.prior, new.away));
     }
 
     #[test]

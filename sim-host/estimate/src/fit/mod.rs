@@ -19,7 +19,7 @@ pub use effects::{PerLogEffect, SortedEffects};
 pub use linear::Factor;
 pub use linear::{HeldOutPrior, LeastSquaresStep, Linear};
 pub use schur::{Quadratic, ReducedFit, ReducedNormal, SchurComplement};
-pub use solver::{Fitted, SolverOptions, Termination, fit, resume};
+pub use solver::{Fitted, SolverOptions, Termination, fit, fit_beside, resume};
 
 use crate::predict::{
     BaselineModel, Compared, ComparedQuantity, PredictError, Prediction, PreparedLog, baseline,

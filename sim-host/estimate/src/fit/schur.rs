@@ -355,8 +355,11 @@ mod tests {
             };
             let bends = DMatrix::from_fn(3, 3, |i, j| if i == j { 2.0 } else { -0.5 });
             let parts = DMatrix::from_fn(3, 2, |i, j| (i + 2 * j) as f64 - 1.0);
-            let of_more: Vec<&Slopes> = more.iter().collect();
-            let whole = base.extended(&blocks, &at, &known, &of_more);
+            let with = |more: &[Slopes]| {
+                let all: Vec<&Slopes> = known.iter().chain(more).collect();
+                base.renewed(&blocks, &at, &all, |_| false)
+            };
+            let whole = with(&more);
             let condensed = SchurComplement::of(&base).unwrap().condensed(&whole, more.len());
             let mut bent = whole.clone();
             let mut own = bent.prior.view_mut((3, 3), (3, 3));
@@ -368,7 +371,7 @@ mod tests {
                 vec![Some((0..200).map(value).collect())]
             };
             let fewer: Vec<Slopes> = (0..2).map(summed).collect();
-            let fewer = base.extended(&blocks, &at, &known, &fewer.iter().collect::<Vec<_>>());
+            let fewer = with(&fewer);
             for (whole, condensed) in [
                 (&whole, &condensed),
                 (&bent, &condensed.with_prior(&bends)),
@@ -399,7 +402,8 @@ mod tests {
         let away = DVector::from_vec(vec![0.5, 0.0]);
         let of_known: Vec<&Slopes> = known.iter().collect();
         let base = Linear::new(&blocks, &at, &of_known, prior, away);
-        let whole = base.extended(&blocks, &at, &known, &more.iter().collect::<Vec<_>>());
+        let whole =
+            base.renewed(&blocks, &at, &known.iter().chain(&more).collect::<Vec<_>>(), |_| false);
         let [before, after] = [&base, &whole].map(|linear| linear.solve(None, 0.0, None).unwrap());
         let fall = base.cost(&before.step) - whole.cost(&after.step);
         let fitted = Fitted {
@@ -426,7 +430,7 @@ mod tests {
         let blocks: Vec<Vec<u8>> = vec![(0..200).map(|k| k / 20).collect()];
         let nothing = DVector::zeros(0);
         let base = Linear::new(&blocks, &at, &[], DMatrix::zeros(0, 0), nothing);
-        let whole = base.extended(&blocks, &at, &[], &[&slopes(|k| (0.9 * k).cos())]);
+        let whole = base.renewed(&blocks, &at, &[&slopes(|k| (0.9 * k).cos())], |_| false);
         let condensed = SchurComplement::of(&base).unwrap().condensed(&whole, 1);
         let expected: f64 = whole.held_out(None).iter().sum();
         assert!((condensed.held_out() - expected).abs() < 1e-9, "{expected}");

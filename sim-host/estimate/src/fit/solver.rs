@@ -10,7 +10,7 @@ use super::{
 };
 use super::{chi_square, count, residuals, residuals_near, slopes, step_to, value_at};
 use crate::predict::{PredictError, Prediction};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use rayon::prelude::*;
 use trueweld_logs::log::LogKind;
 use trueweld_plant::effects::{Parameter, Role};
@@ -151,7 +151,23 @@ pub fn fit(
     options: SolverOptions,
 ) -> Result<Fitted, PredictError> {
     let at = residuals(problem, start)?;
-    Ok(fit_from(problem, (start, at), blocks, known, options))
+    let known = &known[..known.len().min(start.free.len())];
+    Ok(fit_from(problem, (start, at), blocks, (&Linear::empty(), known), options))
+}
+
+/// The same of a point whose first free values are those of another fit near it.
+///
+/// # Errors
+/// [`PredictError`] where the model cannot be driven through the logs at the start.
+pub fn fit_beside(
+    problem: &FitProblem,
+    start: &FitState,
+    blocks: &[Vec<u8>],
+    near: &Fitted,
+    options: SolverOptions,
+) -> Result<Fitted, PredictError> {
+    let at = residuals(problem, start)?;
+    Ok(fit_from(problem, (start, at), blocks, (&near.linear, &near.slopes), options))
 }
 
 /// Fits on from where a fit stands, with its slopes.
@@ -162,27 +178,28 @@ pub fn resume(
     options: SolverOptions,
 ) -> Fitted {
     let start = (&fitted.point, fitted.residuals.clone());
-    fit_from(problem, start, blocks, &fitted.slopes, options)
+    fit_from(problem, start, blocks, (&fitted.linear, &fitted.slopes), options)
 }
 
-/// Fits the free values of a point, given with the residuals there.
+/// Fits the free values of a point, given with the residuals there. `known`: slopes of the first free
+/// values, and the linear model with these of as many of them as it has.
 fn fit_from(
     problem: &FitProblem,
     (start, at): (&FitState, Residuals),
     blocks: &[Vec<u8>],
-    known: &[Slopes],
+    (near, known): (&Linear, &[Slopes]),
     options: SolverOptions,
 ) -> Fitted {
     let n = start.free.len();
     let stale = options.stale.min(n);
     // Where slopes are kept that bend, those that hardly do are too.
     let is_rough = stale > in_proportion(start);
-    let mut all = known[..known.len().min(n)].to_vec();
+    let mut all = known.to_vec();
     // True where the slopes that are taken more than once are those at the point.
     let mut fresh = all.len() <= stale;
     all.extend(slopes(problem, start, &start.free[all.len()..], &at, SLOPE_STEP));
     let mut here = Fitted {
-        linear: linear(blocks, start, &at, &all),
+        linear: renewed(near, blocks, (start, &at, &all), |_| false),
         point: start.clone(),
         residuals: at,
         slopes: all,
@@ -260,8 +277,7 @@ fn fit_from(
                     damping = (damping * 0.1).max(1e-8);
                 }
                 slopes_failed = share < GAIN_RATIO_BAD && !fresh;
-                let again = here.linear.beside(blocks, &here.residuals, &here.slopes);
-                here.linear = with_priors(again, &here.point);
+                here.renew(blocks, |_| false);
             }
             None if fresh => damping = (damping * 20.0).max(1e-3),
             None => {
@@ -298,7 +314,8 @@ impl Fitted {
     pub fn held_out_logs(&self, problem: &FitProblem) -> f64 {
         let block = |(log, at): (usize, &Prediction)| vec![log_block(log) as u8; at.residual.len()];
         let blocks: Vec<Vec<u8>> = self.residuals.iter().enumerate().map(block).collect();
-        let linear = linear(&blocks, &self.point, &self.residuals, &self.slopes);
+        let here = (&self.point, &self.residuals, self.slopes.as_slice());
+        let linear = renewed(&Linear::empty(), &blocks, here, |_| true);
         let points: Vec<Option<FitState>> =
             (0..BLOCKS).map(|block| self.point_from_others(&linear, block)).collect();
         let squares = |log: usize| {
@@ -384,19 +401,32 @@ impl Fitted {
     fn take(&mut self, problem: &FitProblem, blocks: &[Vec<u8>], anew: Vec<usize>) {
         let free: Vec<FreeParameter> = anew.iter().map(|k| self.point.free[*k]).collect();
         let found = slopes(problem, &self.point, &free, &self.residuals, SLOPE_STEP);
-        anew.into_iter().zip(found).for_each(|(k, slopes)| self.slopes[k] = slopes);
-        self.linear = linear(blocks, &self.point, &self.residuals, &self.slopes);
+        anew.iter().zip(found).for_each(|(k, slopes)| self.slopes[*k] = slopes);
+        self.renew(blocks, |k| anew.contains(&k));
+    }
+
+    /// The linear model where the fit stands, with other slopes of those for which `is_new` is true.
+    fn renew(&mut self, blocks: &[Vec<u8>], is_new: impl Fn(usize) -> bool) {
+        let here = (&self.point, &self.residuals, self.slopes.as_slice());
+        self.linear = renewed(&self.linear, blocks, here, is_new);
+    }
+
+    /// The same slopes beside other residuals.
+    pub fn beside(&self, blocks: &[Vec<u8>], at: &Residuals) -> Linear {
+        self.linear.renewed(blocks, at, &self.slopes.iter().collect::<Vec<_>>(), |_| false)
     }
 }
 
-fn linear(blocks: &[Vec<u8>], point: &FitState, at: &Residuals, slopes: &[Slopes]) -> Linear {
-    let nothing = DVector::zeros(slopes.len());
-    let all: Vec<&Slopes> = slopes.iter().collect();
-    let prior = DMatrix::zeros(slopes.len(), slopes.len());
-    with_priors(Linear::new(blocks, at, &all, prior, nothing), point)
-}
-
-fn with_priors(linear: Linear, point: &FitState) -> Linear {
+/// The linear model at a point, from one with other residuals, fewer values or, of those for which `is_new`
+/// is true, other slopes.
+fn renewed(
+    near: &Linear,
+    blocks: &[Vec<u8>],
+    (point, at, slopes): (&FitState, &Residuals, &[Slopes]),
+    is_new: impl Fn(usize) -> bool,
+) -> Linear {
+    let slopes: Vec<&Slopes> = slopes.iter().collect();
     let (prior, away) = point.priors();
-    Linear { prior, away, held_out_prior: point.held_out_prior(), ..linear }
+    let held_out_prior = point.held_out_prior();
+    Linear { prior, away, held_out_prior, ..near.renewed(blocks, at, &slopes, is_new) }
 }
