@@ -33,6 +33,7 @@ use super::tool::{LoadedTool, RecordedWeld};
 use super::wiener::signal_share;
 use nalgebra::{Complex, Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
 use std::borrow::Cow;
+use std::f64::consts::TAU;
 use trueweld_core::{JointVector, Robot};
 use trueweld_logs::fir::dot;
 use trueweld_logs::noise::NoiseLevel;
@@ -67,6 +68,8 @@ pub(super) struct SpindleHarmonics {
     encoder: Vec<JointVector<f64>>,
     /// Twice the cosine and the sine of the spindle's angle, times each order.
     waves: Vec<[Vec<f64>; 2]>,
+    /// exp(iφ) at even parts of a turn.
+    phases: [Complex<f64>; TURN_PHASES],
     /// How the tool shakes at the spindle's orders, beside what the tracker sees: position and
     /// velocity at every row, in W.
     shake: Vec<[Vector3<f64>; 2]>,
@@ -182,6 +185,9 @@ impl SpindleHarmonics {
         };
         let mut lines = Self {
             encoder: encoder.to_vec(),
+            phases: std::array::from_fn(|k| {
+                Complex::from_polar(1.0, k as f64 * TAU / TURN_PHASES as f64)
+            }),
             waves: (1..=COMPARED_ORDERS).map(|n| [wave(n, f64::cos), wave(n, f64::sin)]).collect(),
             shake: vec![[Vector3::zeros(); 2]; encoder.len()],
             loops: Vec::new(),
@@ -228,7 +234,7 @@ impl SpindleHarmonics {
                         .zip_map(&amplitude[after][n][part], |a, b| a * (1.0 - share) + b * share)
                 })
             });
-            self.at_phase(weld, &between, weld.angle[row])
+            self.moved(weld, &between, |order| self.wave(order, row))
         };
         (0..weld.angle.len()).map(at).collect()
     }
@@ -243,13 +249,7 @@ impl SpindleHarmonics {
         still: &[Vector3<f64>],
     ) -> SpindleShake<'s> {
         let still = weld.quick_vectors(&carried(weld, process, still));
-        let of_place = |place: &ShakenRow| {
-            let mut amplitude = [Vector3::zeros(); COMPARED_ORDERS];
-            for order in &self.orders {
-                amplitude[order - 1] = self.amplitude(weld, *order, place.row, &still);
-            }
-            amplitude
-        };
+        let of_place = |place: &ShakenRow| self.amplitudes(weld, &self.orders, place.row, &still);
         let still: Vec<_> = self.places.iter().map(of_place).collect();
         let stiffer = stiffer(&self.arm, robot);
         if stiffer.is_none() && self.places.iter().zip(&still).all(|(p, still)| p.still == *still) {
@@ -293,10 +293,7 @@ impl SpindleHarmonics {
         let force = weld.quick_vectors(&carried(weld, &self.process, &force));
         let mut places = Vec::with_capacity(weld.rows.len());
         for (k, &row) in weld.rows.iter().enumerate() {
-            let mut still = [Vector3::zeros(); COMPARED_ORDERS];
-            for &order in &self.orders {
-                still[order - 1] = self.amplitude(weld, order, row, &force);
-            }
+            let still = self.amplitudes(weld, &self.orders, row, &force);
             let q = JointVector::from_fn(|i, _| smooth[i][row]);
             let motors = std::array::from_fn(|n| motors[n][k]);
             let arm = self.arm_at(weld, &self.arm, (row, &q), (&motors, &shares));
@@ -361,8 +358,11 @@ impl SpindleHarmonics {
             let product = Vector3::zeros();
             closed[n] = Closed { pass, driven: driven - noise, noise, product, arm };
         }
-        let of_phase = |phase| self.at_phase(weld, &shake, phase);
-        let beside = beside_linear((process, ports), row as f64 * weld.period, held, of_phase);
+        let of_phase = |phase: usize| {
+            self.moved(weld, &shake, |order| self.phases[(order * phase) % TURN_PHASES])
+        };
+        let time = row as f64 * weld.period;
+        let beside = self.beside_linear((process, ports), time, held, of_phase);
         for n in self.orders.iter().map(|order| order - 1) {
             let linear = contact[n][0] * shake[n][0] + contact[n][1] * shake[n][1];
             closed[n].product = closed[n].pass * (beside(n + 1) + linear);
@@ -370,12 +370,23 @@ impl SpindleHarmonics {
         (closed, shake)
     }
 
-    /// Position and velocity, in W, of a tool that shakes with these amplitudes, the spindle at an
-    /// angle: what the ripple makes turns with the spindle, what the motors move as their samples do.
-    fn at_phase(&self, weld: &RecordedWeld, amplitude: &Shake, angle: f64) -> [Vector3<f64>; 2] {
+    /// exp(i n φ) of an order at a row.
+    fn wave(&self, order: usize, row: usize) -> Complex<f64> {
+        let [cosine, sine] = &self.waves[order - 1];
+        Complex::new(0.5 * cosine[row], 0.5 * sine[row])
+    }
+
+    /// Position and velocity, in W, of a tool that shakes with these amplitudes, the orders' waves being
+    /// at `wave`: what the ripple makes turns with the spindle, what the motors move as their samples do.
+    fn moved(
+        &self,
+        weld: &RecordedWeld,
+        amplitude: &Shake,
+        wave: impl Fn(usize) -> Complex<f64>,
+    ) -> [Vector3<f64>; 2] {
         let mut shake = [Vector3::zeros(); 2];
         for &order in &self.orders {
-            let wave = Complex::from_polar(1.0, order as f64 * angle);
+            let wave = wave(order);
             let rates = [turning(weld, order), folded(weld, order)];
             for (part, rate) in amplitude[order - 1].iter().zip(rates) {
                 shake[0] += part.map(|z| (z * wave).re);
@@ -383,6 +394,34 @@ impl SpindleHarmonics {
             }
         }
         shake
+    }
+
+    /// Amplitude by order of what the force on a tool that shakes differs by from that on a tool that
+    /// does not, in W. `shake`: position and velocity by the part of the spindle's turn.
+    fn beside_linear(
+        &self,
+        (process, ports): (&Process, &Ports),
+        time: f64,
+        held: &LoadedTool,
+        shake: impl Fn(usize) -> [Vector3<f64>; 2],
+    ) -> impl Fn(usize) -> Vector3<Complex<f64>> {
+        let differences: [Vector3<f64>; TURN_PHASES] = std::array::from_fn(|k| {
+            let angle = k as f64 * TAU / TURN_PHASES as f64;
+            let [by, at] = shake(k);
+            let at = process.vibration_speed(&by, &at);
+            let force = |position, velocity| {
+                reaction(process, ports, time, &position, &velocity, held.channel, angle).force
+            };
+            force(held.position + by, held.velocity + at) - force(held.position, held.velocity)
+        });
+        move |order| {
+            let turned = |(k, difference): (usize, &Vector3<f64>)| {
+                let wave = self.phases[(order * k) % TURN_PHASES].conj();
+                difference.map(|d| wave * d)
+            };
+            let sum: Vector3<Complex<f64>> = differences.iter().enumerate().map(turned).sum();
+            sum * Complex::from(2.0 / TURN_PHASES as f64)
+        }
     }
 
     /// By how much the spindle was ahead of the angles taken for it, rad: where the lines as they are
@@ -398,6 +437,7 @@ impl SpindleHarmonics {
         const SPINDLE_ANGLES_TRIED: usize = 720;
         let forces = weld.forces(&weld.process(model), &Ports::default(), &weld.motion, None);
         let still = weld.quick_vectors(&forces);
+        let still = self.read_amplitudes(weld, &still);
         let mut match_of = [Complex::new(0.0, 0.0); COMPARED_ORDERS];
         let mut values = compared.chunks_exact(6);
         for &order in &self.read {
@@ -405,7 +445,7 @@ impl SpindleHarmonics {
                 let closed = &self.loops[k][order - 1];
                 let to_tool = weld.rotation[row].transpose() * weld.axes[row];
                 let to_tool = to_tool.map(|x| Complex::new(x, 0.0));
-                let ripple = to_tool * (closed.pass * self.amplitude(weld, order, row, &still));
+                let ripple = to_tool * (closed.pass * still[k][order - 1]);
                 let driven = to_tool * (closed.driven + closed.noise);
                 let pairs = values.chunks_exact(2).enumerate();
                 for (c, pair) in pairs.filter(|(c, _)| !weld.unmeasured[*c]) {
@@ -420,14 +460,14 @@ impl SpindleHarmonics {
             };
             match_of.iter().enumerate().map(turned).sum::<f64>()
         };
-        let angles = (0..SPINDLE_ANGLES_TRIED)
-            .map(|k| k as f64 * std::f64::consts::TAU / SPINDLE_ANGLES_TRIED as f64);
+        let angles =
+            (0..SPINDLE_ANGLES_TRIED).map(|k| k as f64 * TAU / SPINDLE_ANGLES_TRIED as f64);
         let best = angles.max_by(|a, b| alike(*a).total_cmp(&alike(*b)))?;
         if 2.0 * (alike(best) - alike(0.0)) < SPINDLE_ANGLE_FALL_MIN {
             return None;
         }
         // The top of the parabola through it and its neighbours.
-        let step = std::f64::consts::TAU / SPINDLE_ANGLES_TRIED as f64;
+        let step = TAU / SPINDLE_ANGLES_TRIED as f64;
         let [low, top, high] = [best - step, best, best + step].map(alike);
         let bend = low - 2.0 * top + high;
         Some(if bend < 0.0 { best + 0.5 * step * (low - high) / bend } else { best })
@@ -444,13 +484,14 @@ impl SpindleHarmonics {
     ) {
         let white = 2.0 * weld.low.gain(0);
         let measured = weld.quick_vectors(&weld.force);
+        let amplitudes = self.read_amplitudes(weld, &measured);
         for &order in &self.read {
             let beside =
                 measured.each_ref().map(|series| self.mean_square_beside(weld, order, series));
             for (k, &row) in weld.rows.iter().enumerate() {
                 let driven = self.driven_noise(weld, model, encoder, order, k);
                 let arm = self.loops[k][order - 1].arm;
-                let amplitude = self.amplitude(weld, order, row, &measured);
+                let amplitude = amplitudes[k][order - 1];
                 for c in 0..3 {
                     let arm = weld.turned(&arm, row, c);
                     let noise = level[c].deviation.powi(2) + weld.turned(&driven, row, c);
@@ -516,17 +557,18 @@ impl SpindleHarmonics {
         Vector3::from_fn(|c, _| all.row(c).iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt())
     }
 
-    /// Complex amplitudes of a vector series at every order that is read, around a row.
+    /// Complex amplitudes of a vector series at some orders around a row: x = Re(z exp(i n φ)).
     fn amplitudes(
         &self,
         weld: &RecordedWeld,
+        orders: &[usize],
         row: usize,
         series: &[Vec<f64>; 3],
     ) -> [Vector3<Complex<f64>>; COMPARED_ORDERS] {
         let mut amplitudes = [Vector3::zeros(); COMPARED_ORDERS];
         for (c, series) in series.iter().enumerate() {
             let (first, weighted) = weld.low.weighted(series, row);
-            for &order in &self.read {
+            for &order in orders {
                 let [cosine, sine] = self.waves[order - 1]
                     .each_ref()
                     .map(|wave| dot(&weighted, &wave[first..][..weighted.len()]));
@@ -536,18 +578,16 @@ impl SpindleHarmonics {
         amplitudes
     }
 
-    /// Complex amplitude of a vector series at an order around a row: x = Re(z exp(i n φ)).
-    fn amplitude(
+    /// The same at the orders that are read, around every compared row.
+    fn read_amplitudes(
         &self,
         weld: &RecordedWeld,
-        order: usize,
-        row: usize,
         series: &[Vec<f64>; 3],
-    ) -> Vector3<Complex<f64>> {
-        Vector3::from_fn(|c, _| self.amplitude_of(weld, order, row, |k| series[c][k]))
+    ) -> Vec<[Vector3<Complex<f64>>; COMPARED_ORDERS]> {
+        weld.rows.iter().map(|row| self.amplitudes(weld, &self.read, *row, series)).collect()
     }
 
-    /// The same of one series.
+    /// Complex amplitude of one series at an order around a row.
     fn amplitude_of(
         &self,
         weld: &RecordedWeld,
@@ -575,8 +615,7 @@ impl SpindleHarmonics {
         let zero = sensed(ports, Channel::Wrench, unread(0.0)).force;
         let late_by = ports.delay(Channel::Wrench);
         let still = weld.quick_vectors(still);
-        let ripples: Vec<_> =
-            weld.rows.iter().map(|row| self.amplitudes(weld, *row, &still)).collect();
+        let ripples = self.read_amplitudes(weld, &still);
         let mut measured = self.measured.iter();
         for &order in &self.read {
             let back = Complex::from_polar(1.0, -turning(weld, order) * late_by);
@@ -642,7 +681,7 @@ fn turning(weld: &RecordedWeld, order: usize) -> f64 {
 /// they run backwards. Motors move this slowly rather than as fast as an order beyond half the
 /// sampling rate.
 fn folded(weld: &RecordedWeld, order: usize) -> f64 {
-    let rate = std::f64::consts::TAU / weld.period;
+    let rate = TAU / weld.period;
     turning(weld, order) - rate * (turning(weld, order) / rate).round()
 }
 
@@ -667,30 +706,4 @@ fn passed(
     compliance: &Matrix3<Complex<f64>>,
 ) -> Matrix3<Complex<f64>> {
     (Matrix3::identity() + contact * compliance).try_inverse().unwrap_or_else(Matrix3::zeros)
-}
-
-/// Amplitude by order of what the force on a tool that shakes differs by from that on a tool that
-/// does not, in W. `shake`: position and velocity by the spindle's angle.
-fn beside_linear(
-    (process, ports): (&Process, &Ports),
-    time: f64,
-    held: &LoadedTool,
-    shake: impl Fn(f64) -> [Vector3<f64>; 2],
-) -> impl Fn(usize) -> Vector3<Complex<f64>> {
-    let angle = |k: usize| k as f64 * std::f64::consts::TAU / TURN_PHASES as f64;
-    let differences: [Vector3<f64>; TURN_PHASES] = std::array::from_fn(|k| {
-        let [by, at] = shake(angle(k));
-        let at = process.vibration_speed(&by, &at);
-        let force = |position, velocity| {
-            reaction(process, ports, time, &position, &velocity, held.channel, angle(k)).force
-        };
-        force(held.position + by, held.velocity + at) - force(held.position, held.velocity)
-    });
-    move |order| {
-        let turned = |(k, difference): (usize, &Vector3<f64>)| {
-            let wave = Complex::from_polar(2.0 / TURN_PHASES as f64, -(order as f64) * angle(k));
-            difference.map(|d| wave * d)
-        };
-        differences.iter().enumerate().map(turned).sum()
-    }
 }
