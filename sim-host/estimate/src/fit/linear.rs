@@ -512,6 +512,7 @@ mod tests {
         let after = [&other, &first, &more];
         let renewed = before.renewed(&blocks, &at(1.0), &after, |k| k == 0);
         let new = new(&at(1.0), &after);
+        assert_eq!(renewed.held_out(None), new.held_out(None));
         assert_eq!((renewed.jtj, renewed.jtr, renewed.rss), (new.jtj, new.jtr, new.rss));
         assert_eq!((renewed.prior, renewed.away), (new.prior, new.away));
     }
