@@ -5,7 +5,8 @@
 //! load, starts anywhere in its loop, and the tool is off by T z/K until the gear has turned round.
 //! The state is taken for what fits the log's poses best, beside what is known of it beforehand. A
 //! prediction beside another one keeps the motion with the states found there: how far the best
-//! ones move is taken from their slopes.
+//! ones move is taken from their slopes. What was taken from the poses is no evidence for the model:
+//! it is judged over all states that are expected (Laplace's approximation; Kass and Raftery 1995).
 
 use super::{LinkMotion, PredictError, PreparedLog};
 use nalgebra::{DMatrix, DVector};
@@ -50,6 +51,8 @@ pub struct StartFit {
     slopes: DMatrix<f64>,
     /// By how much the best states fall with each residual of a pose.
     gain: DMatrix<f64>,
+    /// Twice the logarithm of how many times narrower the states are known than they were expected.
+    learnt: f64,
 }
 
 impl StartFit {
@@ -69,6 +72,12 @@ impl StartFit {
         let off = DVector::from_column_slice(&residual[..self.poses.len()]) - &self.poses;
         let by = &self.slopes * (&self.gain * -off);
         residual.iter_mut().zip(by.iter()).for_each(|(r, by)| *r += by);
+    }
+
+    /// What it takes from the evidence for a model that its gears begin where the poses have them, as a
+    /// sum of squares.
+    pub(super) fn not_evidence(&self) -> f64 {
+        self.states.norm_squared() * EXPECTED.powi(-2) + self.learnt
     }
 
     /// The states that stand out: what is not nothing.
@@ -138,7 +147,8 @@ pub(super) fn at_the_start(
         let by = factor.solve(&(of_poses.tr_mul(&poses) + &states * known));
         let next = (&states - by).map(|state| state.clamp(-1.0, 1.0));
         let deviations = factor.inverse().diagonal().map(f64::sqrt);
-        solved = Some((factor.solve(&of_poses.transpose()), deviations));
+        let learnt = (factor.determinant() / known.powi(gears.len() as i32)).ln();
+        solved = Some((factor.solve(&of_poses.transpose()), deviations, learnt));
         if (&next - &states).amax() < STATE_SETTLED_SHARE {
             break;
         }
@@ -146,13 +156,13 @@ pub(super) fn at_the_start(
         motion = follow(robot, &states, &motion)?;
         left = residual(robot, &motion);
     }
-    if let Some((mut gain, deviations)) = solved {
+    if let Some((mut gain, deviations, learnt)) = solved {
         // A state at an end of its loop stays there.
         for k in (0..gears.len()).filter(|k| states[*k].abs() == 1.0) {
             gain.row_mut(k).fill(0.0);
         }
         let poses = left.rows(0, experiment.poses).into_owned();
-        let fit = StartFit { gears, states, deviations, poses, slopes, gain };
+        let fit = StartFit { gears, states, deviations, poses, slopes, gain, learnt };
         motion.start = Some(Arc::new(fit));
     }
     Ok(Some(motion))

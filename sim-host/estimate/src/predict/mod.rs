@@ -124,8 +124,8 @@ pub struct Prediction {
     /// By how much a tracker whose clock is not given is later than the clock that was fitted before,
     /// s: in the middle of the log, and more at its end.
     pub late: Option<[f64; 2]>,
-    /// What it takes from the evidence, as a sum of squares, that links are put where they were seen and
-    /// a tracker's clock where it fits.
+    /// What it takes from the evidence, as a sum of squares, that links are put where they were seen,
+    /// gears begin as fits best, and a tracker's clock is where it fits.
     pub not_evidence: f64,
     /// How much larger noise is under the model than residuals are weighed by; `None` where it is as large.
     pub noise: Option<Arc<NoiseFactors>>,
@@ -428,7 +428,9 @@ impl PreparedLog {
         let of_links = self.standing.as_ref().zip(motion.as_ref());
         let of_links = of_links.map_or(0.0, |(links, motion)| links.free_play_term(&robot, motion));
         let of_clock = self.clock.as_ref().zip(late).map_or(0.0, |(clock, by)| clock.prior(by));
-        let not_evidence = of_links + of_clock;
+        let of_start = motion.as_ref().and_then(|motion| motion.start.as_deref());
+        let of_start = of_start.map_or(0.0, StartFit::not_evidence);
+        let not_evidence = of_links + of_start + of_clock;
         Ok(Prediction { residual, motion, late, not_evidence, noise: None })
     }
 
