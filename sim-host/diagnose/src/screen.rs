@@ -343,35 +343,31 @@ pub(crate) fn screened_kinds(problem: &FitProblem) -> impl Iterator<Item = Effec
 
 /// Screens every one of them. Best first.
 pub(crate) fn screen(ctx: &SearchContext<'_>) -> Vec<ScreenedEffect> {
-    screen_those(ctx, &screened_kinds(ctx.problem).collect::<Vec<_>>())
-}
-
-fn screen_those(ctx: &SearchContext<'_>, those: &[EffectPlace]) -> Vec<ScreenedEffect> {
     let Some(screening) = Screening::of(ctx) else { return Vec::new() };
-    let mut screened: Vec<ScreenedEffect> = those
-        .par_iter()
-        .filter(|_| !ctx.problem.is_late())
-        .filter_map(|effect| screening.screen(*effect))
-        .collect();
-    screened.sort_by(|a, b| b.starts[0].1.total_cmp(&a.starts[0].1));
-    screened
+    let kinds: Vec<EffectPlace> = screened_kinds(ctx.problem).collect();
+    let in_time = kinds.par_iter().filter(|_| !ctx.problem.is_late());
+    best_first(in_time.filter_map(|effect| screening.screen(*effect)).collect())
 }
 
-/// The same beside more than calibrations, of those that the slopes they were screened with before
-/// promise something of, and of waves, whose orders show in what is left: to take slopes anew is what
-/// takes time. So many of the others at most, by each of their two starts.
-pub(crate) fn screen_again(ctx: &SearchContext<'_>, most: usize) -> Vec<ScreenedEffect> {
+/// The same beside more than calibrations, by the slopes that they were screened with before; of waves, whose
+/// orders show in what is left, by new ones.
+pub(crate) fn screen_again(ctx: &SearchContext<'_>) -> Vec<ScreenedEffect> {
     if ctx.screened.is_empty() {
         return screen(ctx);
     }
     let Some(screening) = Screening::of(ctx) else { return Vec::new() };
-    let is_wave = |kind: &EffectKind| kind.parameters.iter().any(|p| p.role == Role::Order);
-    let weighed = |screened: &ScreenedEffect| {
-        (!is_wave(screened.limit.effect.kind)).then(|| screening.weighed_again(screened))?
+    let again = |screened: &ScreenedEffect| {
+        let effect = screened.limit.effect;
+        match effect.kind.parameters.iter().any(|p| p.role == Role::Order) {
+            true => screening.screen(effect),
+            false => screening.weighed_again(screened),
+        }
     };
-    let as_before: Vec<ScreenedEffect> = ctx.screened.par_iter().filter_map(weighed).collect();
-    let promising = likeliest(as_before.iter(), most).into_iter();
-    let waves = ctx.screened.iter().filter(|s| is_wave(s.limit.effect.kind));
-    let of = |screened: &ScreenedEffect| screened.limit.effect;
-    screen_those(ctx, &promising.chain(waves).map(of).collect::<Vec<_>>())
+    let in_time = ctx.screened.par_iter().filter(|_| !ctx.problem.is_late());
+    best_first(in_time.filter_map(again).collect())
+}
+
+fn best_first(mut screened: Vec<ScreenedEffect>) -> Vec<ScreenedEffect> {
+    screened.sort_by(|a, b| b.starts[0].1.total_cmp(&a.starts[0].1));
+    screened
 }

@@ -27,7 +27,7 @@ pub fn fit_calibrations(problem: &FitProblem, blocks: &[Vec<u8>]) -> Result<Fitt
     fit::fit(problem, &point, blocks, &[], SolverOptions::full(stale))
 }
 
-/// The same point with those calibrations that are free at nothing, and the slopes there.
+/// The same point with those calibrations that are free at nothing, with the slopes that the fit has.
 ///
 /// # Errors
 /// [`PredictError`].
@@ -38,9 +38,8 @@ pub(crate) fn evaluate_uncalibrated(
 ) -> Result<Fitted, PredictError> {
     let mut point = fitted.point.clone();
     point.reset(|effect| is_calibration(effect.kind));
-    // Residuals are in proportion to the first of them: their slopes stay.
-    let stale = in_proportion(&point);
-    fit::fit(problem, &point, blocks, &fitted.slopes[..stale], SolverOptions::steps(0, stale))
+    let options = SolverOptions::steps(0, fitted.slopes.len());
+    fit::fit_beside(problem, &point, blocks, fitted, options)
 }
 
 /// Where a fit starts.
@@ -398,10 +397,6 @@ fn fit_without(
 /// Cost without an effect, in what it is with it, from which on it is surely needed.
 const NEEDED: f64 = 1.5;
 
-/// Effects screened anew beside others, for each one that is fitted: slopes taken beside calibrations
-/// alone rank them nearly as new ones do.
-const SCREENED_AGAIN: usize = 4;
-
 /// Effects of an explanation at most.
 const EXPLANATION_EFFECTS_MAX: usize = 4;
 
@@ -499,7 +494,7 @@ pub(crate) fn add_each_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Vec<F
         return Vec::new();
     };
     let beside = SearchContext { null: fitted, given: &given, ..*ctx };
-    let screened = screen_again(&beside, SCREENED_AGAIN * rules::FITTED_BESIDE);
+    let screened = screen_again(&beside);
     // A gear has waves of several orders.
     let once = |e: &Effect| e.kind.parameters.iter().all(|p| p.role != Role::Order);
     let has = |s: &ScreenedEffect| {

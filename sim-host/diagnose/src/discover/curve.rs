@@ -194,13 +194,18 @@ impl CurveCandidate {
         (places.len() >= 4).then_some(places)
     }
 
-    /// Slopes of all residuals by its values, over their steps.
-    pub(crate) fn slopes(&self, context: &DiscoveryContext<'_>, places: &Places) -> Vec<Slopes> {
-        let mut all = self.slopes_at_once(context, places);
+    /// Slopes of all residuals by its values, over their steps, in ring-downs by driving the plant; `None` where
+    /// these say nothing of it.
+    pub(crate) fn slopes_as_it_swings(
+        &self,
+        context: &DiscoveryContext<'_>,
+        places: &Places,
+    ) -> Option<Vec<Slopes>> {
         let ring_down = |log: usize| context.problem.logs[log].kind == LogKind::RingDown;
         if !self.hypothesis.swings() || !(0..context.problem.logs.len()).any(ring_down) {
-            return all;
+            return None;
         }
+        let mut all = self.slopes_at_once(context, places);
         // A ring-down hardly moves the encoders: only the places near where it is have a say.
         let mut near = vec![vec![false; places.count()]; self.over.len()];
         for log in (0..self.over.len()).filter(|log| ring_down(*log)) {
@@ -214,7 +219,7 @@ impl CurveCandidate {
         for (all, swung) in all.iter_mut().zip(swung) {
             all.iter_mut().zip(swung).for_each(|(all, swung)| *all = swung.or(all.take()));
         }
-        all
+        Some(all)
     }
 
     /// The same by driving the plant with each value, of those values and logs that are wanted.
@@ -251,7 +256,11 @@ impl CurveCandidate {
     }
 
     /// The same where the port answers at once: each row as if the variable stood still.
-    fn slopes_at_once(&self, context: &DiscoveryContext<'_>, places: &Places) -> Vec<Slopes> {
+    pub(crate) fn slopes_at_once(
+        &self,
+        context: &DiscoveryContext<'_>,
+        places: &Places,
+    ) -> Vec<Slopes> {
         let logs = context.problem.logs.len();
         let before = usize::from(self.spring.is_some());
         let mut all: Vec<Slopes> = vec![vec![None; logs]; before + places.count()];

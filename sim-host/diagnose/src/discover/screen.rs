@@ -182,20 +182,28 @@ fn constant(
     (seen.is_finite() && seen > 0.0).then_some(slopes)
 }
 
-/// What slopes tell of a curve beside the calibrations, in the layout that suits it best.
+/// What slopes tell of a curve beside the calibrations, in the layout that suits it best as if every row
+/// stood still.
 fn screen<'c>(
     context: &DiscoveryContext<'_>,
     candidate: &'c CurveCandidate,
 ) -> Option<ScreenedCurve<'c>> {
-    let in_layout = |layout: &KnotLayout| {
-        let layout = *layout;
-        let places = candidate.places(context, layout, SCREENED_KNOTS)?;
-        let linear = context.condensed(&candidate.slopes(context, &places));
+    let by_slopes = |(layout, places): (KnotLayout, Places), slopes: &[Slopes]| {
+        let linear = context.condensed(slopes);
         let Smooth { held_out, most, .. } = smooth(&linear, &places, candidate.step)?;
         Some(ScreenedCurve { candidate, layout, places, linear, most, held_out, formula: None })
     };
+    let in_layout = |layout: &KnotLayout| {
+        let places = candidate.places(context, *layout, SCREENED_KNOTS)?;
+        let at_once = candidate.slopes_at_once(context, &places);
+        by_slopes((*layout, places), &at_once)
+    };
     let all = candidate.layouts(context).iter().filter_map(in_layout);
-    all.min_by(|a, b| a.held_out.total_cmp(&b.held_out))
+    let best = all.min_by(|a, b| a.held_out.total_cmp(&b.held_out))?;
+    match candidate.slopes_as_it_swings(context, &best.places) {
+        Some(slopes) => by_slopes((best.layout, best.places), &slopes),
+        None => Some(best),
+    }
 }
 
 impl ScreenedCurve<'_> {
