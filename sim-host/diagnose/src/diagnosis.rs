@@ -9,7 +9,7 @@ use crate::found::{
     has_unseen_wave, same_effects,
 };
 use crate::gate::may_be_named;
-use crate::gross_calibration::{calibrations_of, gross_calibration};
+use crate::gross_calibration::gross_calibration;
 use crate::log_evidence::{
     RivalEvidence, exceeds_noise, is_of_library, is_significant, name_price, predicts_better,
 };
@@ -252,15 +252,17 @@ pub fn diagnose(
     let (each_log, before) = fit::per_log::fitted(problem, &problem.per_log, Vec::new())?;
     progress("calibrating", 0.02);
     let length = longest_weld(logs);
-    let look = |null: Fitted| look(problem, &blocks, length, null, progress);
-    let mut looked = look(fit_calibrations(problem, &blocks)?)?;
+    let look = |null: Fitted, known: &[ScreenedEffect]| {
+        look(problem, &blocks, length, (null, known), progress)
+    };
+    let mut looked = look(fit_calibrations(problem, &blocks)?, &[])?;
     let held = looked.null.cost;
     if let Some(null) = looked.gross_calibration(problem, &blocks) {
-        looked = look(null)?;
+        looked = look(null, &looked.screened)?;
     }
     let mut explained = looked.explain(problem, &blocks, length, progress);
     let null = explained.as_ref().and_then(|e| e.gross_calibration(problem, &blocks));
-    if let Some(mut beside) = null.map(look).transpose()?
+    if let Some(mut beside) = null.map(|null| look(null, &looked.screened)).transpose()?
         && let Some(whole) = beside
             .explain(problem, &blocks, length, progress)
             .filter(|explained| explained.is_whole(problem))
@@ -340,7 +342,7 @@ impl Explained {
     fn gross_calibration(&self, problem: &FitProblem, blocks: &[Vec<u8>]) -> Option<Fitted> {
         let last = self.chosen.last()?;
         let beside = gross_calibration(problem, blocks, last, f64::INFINITY)?;
-        calibrations_of(problem, blocks, &beside)
+        search::fit_without(problem, blocks, &beside, (&effects_of(&beside), f64::INFINITY))
     }
 }
 
@@ -378,11 +380,12 @@ impl Looked {
     }
 }
 
+/// Looks for effects beside the calibrations of one fit. `known`: what was screened beside another one.
 fn look(
     problem: &FitProblem,
     blocks: &[Vec<u8>],
     length: f64,
-    null: Fitted,
+    (null, known): (Fitted, &[ScreenedEffect]),
     progress: ProgressCallback<'_>,
 ) -> Result<Looked, PredictError> {
     progress("screening every effect", 0.11);
@@ -391,7 +394,8 @@ fn look(
     } else {
         evaluate_uncalibrated(problem, blocks, &null)?
     };
-    let ctx = SearchContext { problem, blocks, null: &null, given: &given, length, screened: &[] };
+    let ctx =
+        SearchContext { problem, blocks, null: &null, given: &given, length, screened: known };
     let screened = screen(&ctx);
     let mut incomplete = Vec::new();
     if problem.is_late() {

@@ -316,17 +316,19 @@ pub(super) fn evaluate_without(
     fitted: &Fitted,
     index: usize,
 ) -> Option<Fitted> {
-    let (point, known) = without(fitted, index);
+    let (point, known) = without(fitted, &[index]);
     fit::fit(problem, &point, blocks, &known, SolverOptions::steps(0, known.len())).ok()
 }
 
-/// The point of a fit without one of its effects, and the slopes of what stays free.
-pub(super) fn without(fitted: &Fitted, index: usize) -> (FitState, Vec<Slopes>) {
+/// The point of a fit without some of its effects, given in their order, and the slopes of what stays free.
+pub(super) fn without(fitted: &Fitted, effects: &[usize]) -> (FitState, Vec<Slopes>) {
     let stays = |(free, slopes): (&FreeParameter, &Slopes)| {
-        (free.of != EffectScope::Shared(index)).then(|| slopes.clone())
+        let goes = effects.iter().any(|index| free.of == EffectScope::Shared(*index));
+        (!goes).then(|| slopes.clone())
     };
     let known = fitted.point.free.iter().zip(&fitted.slopes).filter_map(stays);
-    (fitted.point.without(index), known.collect())
+    let last_first = effects.iter().rev();
+    (last_first.fold(fitted.point.clone(), |point, index| point.without(*index)), known.collect())
 }
 
 /// True where one of these is a wave that the logs do not tell to be one.

@@ -4,7 +4,6 @@
 //! would have an effect, or several others that act as it does, named in its place. Which one it is
 //! is a hypothesis: it pays for its name among the calibrations.
 
-use super::found::{effects_of, evaluate_without};
 use super::rules::{DECISIVE_FALL, within_noise};
 use trueweld_estimate::fit::calibration::in_proportion;
 use trueweld_estimate::fit::{self, FitProblem, FitState, Fitted, SolverOptions, Termination};
@@ -25,20 +24,6 @@ pub(super) fn gross_calibration(
     let fitted = fit::fit_beside(problem, &start, blocks, base, full).ok()?;
     let promises = fitted.termination != Termination::Unpromising && fitted.cost < dearest;
     (promises && within_noise(problem, &fitted.residuals)).then_some(fitted)
-}
-
-/// The calibrations of a fit without its effects.
-pub(super) fn calibrations_of(
-    problem: &FitProblem,
-    blocks: &[Vec<u8>],
-    fitted: &Fitted,
-) -> Option<Fitted> {
-    let mut alone = fitted.clone();
-    for index in effects_of(fitted).into_iter().rev() {
-        alone = evaluate_without(problem, blocks, &alone, index)?;
-    }
-    let full = SolverOptions::full(in_proportion(&alone.point));
-    Some(fit::resume(problem, &alone, blocks, full))
 }
 
 /// That calibration whose size, in all logs together, lowers the cost the most by slopes, and below

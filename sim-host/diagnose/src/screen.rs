@@ -341,20 +341,9 @@ pub(crate) fn screened_kinds(problem: &FitProblem) -> impl Iterator<Item = Effec
     of_library.filter(|effect| !problem.is_known(effect.kind, effect.at)).chain(own)
 }
 
-/// Screens every one of them. Best first.
+/// Screens every one of them, best first. What was screened before is weighed by its slopes of then, but for
+/// waves, whose orders show in what is left.
 pub(crate) fn screen(ctx: &SearchContext<'_>) -> Vec<ScreenedEffect> {
-    let Some(screening) = Screening::of(ctx) else { return Vec::new() };
-    let kinds: Vec<EffectPlace> = screened_kinds(ctx.problem).collect();
-    let in_time = kinds.par_iter().filter(|_| !ctx.problem.is_late());
-    best_first(in_time.filter_map(|effect| screening.screen(*effect)).collect())
-}
-
-/// The same beside more than calibrations, by the slopes that they were screened with before; of waves, whose
-/// orders show in what is left, by new ones.
-pub(crate) fn screen_again(ctx: &SearchContext<'_>) -> Vec<ScreenedEffect> {
-    if ctx.screened.is_empty() {
-        return screen(ctx);
-    }
     let Some(screening) = Screening::of(ctx) else { return Vec::new() };
     let again = |screened: &ScreenedEffect| {
         let effect = screened.limit.effect;
@@ -363,11 +352,15 @@ pub(crate) fn screen_again(ctx: &SearchContext<'_>) -> Vec<ScreenedEffect> {
             false => screening.weighed_again(screened),
         }
     };
-    let in_time = ctx.screened.par_iter().filter(|_| !ctx.problem.is_late());
-    best_first(in_time.filter_map(again).collect())
-}
-
-fn best_first(mut screened: Vec<ScreenedEffect>) -> Vec<ScreenedEffect> {
+    let is_late = || ctx.problem.is_late();
+    let mut screened: Vec<ScreenedEffect> = match ctx.screened {
+        [] => {
+            let kinds: Vec<EffectPlace> = screened_kinds(ctx.problem).collect();
+            let in_time = kinds.par_iter().filter(|_| !is_late());
+            in_time.filter_map(|effect| screening.screen(*effect)).collect()
+        }
+        known => known.par_iter().filter(|_| !is_late()).filter_map(again).collect(),
+    };
     screened.sort_by(|a, b| b.starts[0].1.total_cmp(&a.starts[0].1));
     screened
 }

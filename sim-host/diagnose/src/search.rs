@@ -3,7 +3,7 @@
 use super::found::{FittedEffect, evaluate_without, found_effects, without};
 use super::log_evidence::{RivalEvidence, evidence_in_noise, is_of_library, is_significant};
 use super::rules::{self, DECISIVE_FALL, NAMED, noise_excess};
-use super::screen::{ScreenedEffect, Screening, SearchContext, likeliest, screen_again};
+use super::screen::{ScreenedEffect, Screening, SearchContext, likeliest, screen};
 use nalgebra::DVector;
 use rayon::prelude::*;
 use std::slice;
@@ -150,7 +150,6 @@ const START_SIZES_WORSE: usize = 2;
 /// its name costs.
 pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> Vec<Fitted> {
     let in_time = screened.par_iter().filter(|_| !ctx.problem.is_late());
-    let cheapest = |fits: Vec<Fitted>| fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
     let all: Vec<Vec<FitStart<'_>>> = in_time.map(|s| starts(ctx, s)).collect();
     let promised = all.iter().flatten().map(|start| start.cost).fold(f64::INFINITY, f64::min);
     let enough = ctx.null.cost - rules::WORTH_STEPS_GAIN * (ctx.null.cost - promised);
@@ -170,7 +169,7 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
     let may_count = |fits: &[Fitted]| !arrived(fits) || least(fits).is_some_and(pays);
     fits.extend(rough.next().and_then(|best| match may_count(&best) {
         true => fit_in_full(ctx, best, f64::INFINITY),
-        false => cheapest(best),
+        false => least(&best).cloned(),
     }));
     let won = fits.first().map_or(0.0, |best| ctx.null.cost - best.cost);
     let near = |fits: &[Fitted]| cost_of(fits) <= ctx.null.cost - rules::NEAR_BEST_GAIN * won;
@@ -178,7 +177,7 @@ pub(super) fn fit_all(ctx: &SearchContext<'_>, screened: &[&ScreenedEffect]) -> 
     let others = rough.collect::<Vec<_>>().into_par_iter().filter_map(|fits| {
         match may_count(&fits) && (near(&fits) || !arrived(&fits)) {
             true => fit_in_full(ctx, fits, goal),
-            false => cheapest(fits),
+            false => least(&fits).cloned(),
         }
     });
     fits.extend(others.collect::<Vec<_>>());
@@ -381,17 +380,17 @@ fn has_play(problem: &FitProblem, effect: &Effect) -> bool {
 const SCALED_FIT_FACTORS: [f64; 6] = [0.8, 0.93, 0.98, 1.02, 1.07, 1.25];
 const SCALED_FIT_ROUNDS: usize = 4;
 
-/// The fit without one of its effects, from where it stands; given up where slopes do not promise
+/// The fit without some of its effects, from where it stands; given up where slopes do not promise
 /// the cost `goal`.
-fn fit_without(
-    ctx: &SearchContext<'_>,
+pub(super) fn fit_without(
+    problem: &FitProblem,
+    blocks: &[Vec<u8>],
     fitted: &Fitted,
-    index: usize,
-    goal: f64,
+    (effects, goal): (&[usize], f64),
 ) -> Option<Fitted> {
-    let (point, known) = without(fitted, index);
+    let (point, known) = without(fitted, effects);
     let options = SolverOptions { goal, ..SolverOptions::full(in_proportion(&point)) };
-    fit::fit(ctx.problem, &point, ctx.blocks, &known, options).ok()
+    fit::fit(problem, &point, blocks, &known, options).ok()
 }
 
 /// Cost without an effect, in what it is with it, from which on it is surely needed.
@@ -454,7 +453,9 @@ fn add_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Option<(Vec<Fitted>, 
     let more = further.next()?;
     let last = more.point.shared.len() - 1;
     // What the others gain on the way is not the new one's.
-    let mut before = fit_without(ctx, &more, last, fitted.cost)?;
+    let refitted_without =
+        |effect: usize, goal: f64| fit_without(problem, ctx.blocks, &more, (&[effect], goal));
+    let mut before = refitted_without(last, fitted.cost)?;
     if fitted.cost < before.cost {
         before = fitted.clone();
     }
@@ -467,8 +468,7 @@ fn add_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Option<(Vec<Fitted>, 
     }
     let own = |i: &usize| !is_calibration(more.point.shared[*i].kind);
     let goal = NEEDED * more.cost;
-    let spare =
-        |i: usize| fit_without(ctx, &more, i, goal).filter(|f| !is_significant(problem, f, &more));
+    let spare = |i: usize| refitted_without(i, goal).filter(|f| !is_significant(problem, f, &more));
     match (0..last).filter(own).find_map(spare) {
         None => {
             let beside = SearchContext { null: &before, ..*ctx };
@@ -494,7 +494,7 @@ pub(crate) fn add_each_effect(ctx: &SearchContext<'_>, fitted: &Fitted) -> Vec<F
         return Vec::new();
     };
     let beside = SearchContext { null: fitted, given: &given, ..*ctx };
-    let screened = screen_again(&beside);
+    let screened = screen(&beside);
     // A gear has waves of several orders.
     let once = |e: &Effect| e.kind.parameters.iter().all(|p| p.role != Role::Order);
     let has = |s: &ScreenedEffect| {
