@@ -107,6 +107,27 @@ fn a_gear_with_memory_may_be_anywhere_in_it_when_a_log_begins() {
 }
 
 #[test]
+fn where_a_gear_begins_is_taken_from_the_poses_and_paid_for() {
+    // What sticks: where it begins shows in every pose.
+    let effects = [effect("hysteresis", Location::Joint(5), &[1e4, 1e-5])];
+    let folder = campaign(Recipe::plain(13));
+    let campaign = Campaign::read(folder.path()).expect("a campaign");
+    let model = baseline(&ModelFile::read(&campaign.model).expect("a model"));
+    let paid = |kind: LogKind, part: fn(&Log) -> Log| {
+        let whole = campaign.logs.iter().find(|log| log.kind == kind).expect("a log of its kind");
+        let log = part(whole);
+        let noise = instruments(std::slice::from_ref(&log));
+        let experiment = PreparedLog::new(&log, &noise[0], &model).expect("compared");
+        let [with, without] = [&effects[..], &[]]
+            .map(|effects| experiment.predict(&model, effects, None).expect("predicted"));
+        with.not_evidence - without.not_evidence
+    };
+    assert_eq!(paid(LogKind::FreeMotion, Log::clone), 0.0, "it begins at rest without a load");
+    let within = paid(LogKind::Weld, |log| cut(log, log.samples.len() / 3));
+    assert!(within > 1.0, "{within}");
+}
+
+#[test]
 fn a_link_may_be_anywhere_in_its_play_when_a_log_begins() {
     // Recorded on another engine's plant.
     let effects = [effect("backlash", Location::Joint(4), &[2.4e-4])];

@@ -35,11 +35,19 @@ impl FittedEffect {
         self.interval.get(parameter).is_none_or(|[low, high]| low != high)
     }
 
-    /// True for a value that the logs bound: its interval is narrower than its plausible range.
+    /// True for a value that the logs bound: its interval is narrower than its plausible range, whose
+    /// ends do not hold it.
     pub fn is_bounded(&self, parameter: usize) -> bool {
         let plausible = &self.effect.kind.parameters[parameter];
         let width = self.interval.get(parameter).map_or(0.0, |[low, high]| high - low);
-        width <= (plausible.high - plausible.low).abs()
+        width <= (plausible.high - plausible.low).abs() && !self.is_at_bound(parameter)
+    }
+
+    /// True for a value held at an end of its plausible range: what the logs ask for is not this.
+    fn is_at_bound(&self, parameter: usize) -> bool {
+        let plausible = &self.effect.kind.parameters[parameter];
+        let value = self.effect.values[parameter];
+        self.is_fitted(parameter) && (value == plausible.low || value == plausible.high)
     }
 
     /// True where the interval of one of its sizes, which the logs bound, does not hold the value
@@ -103,8 +111,7 @@ impl FittedEffect {
             let value = self.effect.values[k];
             let away = (value - parameter.without_effect(value)).abs();
             away > rules::GROSS_CALIBRATION_DEVIATIONS * calibration.expected[k]
-                || value == parameter.low
-                || value == parameter.high
+                || self.is_at_bound(k)
         })
     }
 }

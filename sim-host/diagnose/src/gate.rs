@@ -115,8 +115,11 @@ mod tests {
                 let found = &found(&STATIC_LOADS, after, |_| true)[0];
                 let has_size = |k: usize| {
                     let (parameter, [low, high]) = (&kind.parameters[k], found.interval[k]);
-                    let none = parameter.without_effect(found.effect.values[k]);
+                    let value = found.effect.values[k];
+                    let none = parameter.without_effect(value);
                     parameter.is_size()
+                        && parameter.low < value
+                        && value < parameter.high
                         && high - low <= parameter.high - parameter.low
                         && (none < low || none > high)
                 };
@@ -130,6 +133,18 @@ mod tests {
         fn what_stands_far_out_is_named(seed: u64) {
             let kind = EffectKind::of("torque-scale").unwrap();
             prop_assert!(named(&drawn(kind, seed, 1, (30.0, |_| true))));
+        }
+    }
+
+    #[test]
+    fn what_would_be_larger_than_plausible_is_not_named() {
+        let kind = EffectKind::of("torque-scale").unwrap();
+        let size = |[_, after]: &[Fitted; 2]| after.point.shared[0].values[0];
+        let high = kind.parameters[0].high;
+        for seed in 0..20 {
+            let held = drawn(kind, seed, 1, (1e9, |_| true));
+            assert_eq!(size(&held), high, "{seed}");
+            assert!(!named(&held), "{seed}");
         }
     }
 
