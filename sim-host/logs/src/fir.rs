@@ -318,20 +318,11 @@ pub struct Orders<'a> {
     pub bands: &'a [f64],
 }
 
-/// A noisy series in a band around zero and in bands around orders: what a spindle makes of a force,
-/// with little of its noise. Each order has the power that it has beyond the noise's, and is left
-/// out where it has none.
-///
-/// `low`: the band around zero; `deviation` of the white noise.
-pub fn comb(
-    low: &LowPass,
-    orders: &Orders,
-    period: f64,
-    deviation: f64,
-    series: &[f64],
-) -> Vec<f64> {
-    let mut sum = low.smooth(0, series);
-    let rest: Vec<f64> = series.iter().zip(&sum).map(|(a, b)| a - b).collect();
+/// What a noisy series without its slow part has in bands around orders, as a spindle makes it of a
+/// force, with little of its noise. Each order has the power that it has beyond the noise's, and is
+/// left out where it has none. `deviation` of the white noise.
+pub fn comb(orders: &Orders, period: f64, deviation: f64, quick: &[f64]) -> Vec<f64> {
+    let mut sum = vec![0.0; quick.len()];
     // Twice white noise times a wave has twice its variance.
     let noise = deviation * std::f64::consts::SQRT_2;
     for order in 1..=orders.count {
@@ -340,7 +331,7 @@ pub fn comb(
         };
         let waves = [wave(f64::cos), wave(f64::sin)];
         let amplitudes = waves.each_ref().map(|wave| {
-            let carried: Vec<f64> = rest.iter().zip(wave).map(|(r, w)| 2.0 * r * w).collect();
+            let carried: Vec<f64> = quick.iter().zip(wave).map(|(q, w)| 2.0 * q * w).collect();
             Bands::of(orders.bands, period, noise, &carried).in_agreement(NOT_BY_CHANCE)
         });
         let all = || amplitudes.iter().flatten();

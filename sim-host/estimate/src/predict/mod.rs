@@ -24,6 +24,7 @@ mod moving;
 mod play;
 mod reach;
 mod standing;
+mod wiener;
 
 pub(crate) use columns::period;
 pub(crate) use columns::{filled, filled_vectors};

@@ -8,6 +8,7 @@ use super::columns::{
 use super::compared::{list, none_where_missing};
 use super::instruments::{tracker_reading, wrench_behind};
 use super::play::{BacklashObserver, Observed, SEEN_OVER, lever, turn};
+use super::wiener::WienerSmoother;
 use super::{BaselineModel, Compared, ComparedQuantity, LinkMotion, PredictError, known};
 use nalgebra::{Matrix3, Vector3, Vector6};
 use trueweld_core::spatial::{rotation_from_vector, rotation_vector};
@@ -142,7 +143,9 @@ impl StaticPrediction {
                 standing.payloads.extend(known.is_none().then_some(*p));
             }
         }
-        standing.compare(log, noise, model, compared)?;
+        let load = [&noise.force, &noise.moment]
+            .map(|levels| levels.map(|level| level.map_or(0.0, |level| level.deviation.powi(2))));
+        standing.compare(log, noise, model, |_| load, compared)?;
         Ok(Some(standing))
     }
 
@@ -169,16 +172,35 @@ impl StaticPrediction {
         if n < 2 * low.half() + 2 {
             return Ok(None);
         }
-        // The wrench in the bands where it has something to say: its noise would make a gear's
-        // memory fade.
+        // The wrench as far as it has something to say: its noise would make a gear's memory fade, and a
+        // joint that does not twist under it fit better than one that does.
         let bands = HEARD_BANDS.map(|share| share * band);
-        let heard = |v: [Vec<f64>; 3], levels: &[Option<NoiseLevel>; 3]| {
-            let Some(angle) = &angle else { return v };
-            let orders = Orders { angle, count: HEARD_ORDERS, bands: &bands };
-            let noise = levels.map(|level| level.map_or(0.0, |level| level.deviation));
-            [0, 1, 2].map(|c| comb(&low, &orders, period, noise[c], &v[c]))
+        let heard = |v: [Vec<f64>; 3], levels: &[Option<NoiseLevel>; 3], measured| {
+            let deviation = levels.map(|level| level.map_or(0.0, |level| level.deviation));
+            let unit = Vector3::from(deviation) * rows_a_vector(measured, &low).sqrt();
+            let unit = unit.map(|unit| unit.max(f64::EPSILON));
+            let slow = v.each_ref().map(|v| low.smooth(0, v));
+            let mut likeliest: Vec<Vector3<f64>> =
+                (0..n).map(|k| vector(&slow, k).component_div(&unit)).collect();
+            let smoother = WienerSmoother::of_noise_in(&low, &likeliest);
+            smoother.keep(&mut likeliest);
+            let of = |c: usize| -> Vec<f64> {
+                let mut quick: Vec<f64> = v[c].iter().zip(&slow[c]).map(|(v, s)| v - s).collect();
+                if let Some(angle) = &angle {
+                    let orders = Orders { angle, count: HEARD_ORDERS, bands: &bands };
+                    quick = comb(&orders, period, deviation[c], &quick);
+                }
+                likeliest.iter().zip(quick).map(|(l, quick)| l[c] * unit[c] + quick).collect()
+            };
+            let gain = low.gain(0);
+            let variance = move |k: usize| {
+                [0, 1, 2].map(|c| unit[c].powi(2) * gain * smoother.variance((0, c), k, [1.0, 0.0]))
+            };
+            ([0, 1, 2].map(of), variance)
         };
-        let wrench = [heard(force, &noise.force), heard(moment, &noise.moment)];
+        let (force, force_variance) = heard(force, &noise.force, &s.force);
+        let (moment, moment_variance) = heard(moment, &noise.moment, &s.moment);
+        let wrench = [force, moment];
         let every = ((0.4 / (band * period)).floor() as usize).max(1);
         let rows: Vec<usize> = (low.half()..n - low.half()).step_by(every).collect();
         let none = || Vector3::repeat(f64::NAN);
@@ -220,7 +242,8 @@ impl StaticPrediction {
             ..Self::under_wrench(log, noise, model, &wrench, gain)
         };
         let first = compared.len();
-        standing.compare(log, noise, model, compared)?;
+        let load = |row: usize| [force_variance(row), moment_variance(row)];
+        standing.compare(log, noise, model, load, compared)?;
         standing.noise = vec![Vector6::repeat(f64::INFINITY); standing.rows.len()];
         for c in &compared[first..] {
             let from = if c.quantity == ComparedQuantity::Position { 3 } else { 0 };
@@ -231,34 +254,30 @@ impl StaticPrediction {
     }
 
     /// Lists what is compared, with its noise: the tracker's, the wrench's through the arm's
-    /// compliance, and the encoders'.
+    /// compliance, and the encoders'. `load`: variance of force, N², and moment, (N·m)², by row.
     fn compare(
         &self,
         log: &Log,
         noise: &NoiseLevels,
         model: &BaselineModel,
+        load: impl Fn(usize) -> [[f64; 3]; 2],
         compared: &mut Vec<Compared>,
     ) -> Result<(), PredictError> {
         let s = &log.samples;
         let gain = self.band.as_ref().map_or(1.0, |low| low.gain(0));
         let seldom = |series| self.band.as_ref().map_or(1.0, |low| rows_a_vector(series, low));
         let encoder = known(&noise.encoder, log, LogChannel::Encoder)?;
-        let none =
-            |levels: &[Option<NoiseLevel>; 3]| levels.map(|l| l.map_or(0.0, |l| l.deviation));
-        let read = [(&noise.moment, &s.moment), (&noise.force, &s.force)];
-        let [moment, force] = read.map(|(levels, series)| {
-            none(levels).map(|deviation| deviation * seldom(series).sqrt())
-        });
+        let encoder = JointVector::from_fn(|i, _| encoder[i].deviation.powi(2) * gain);
         let mut through: Vec<[f64; 4]> = Vec::with_capacity(self.rows.len());
         for row in &self.rows {
             let q = &self.motors[*row].angle;
-            let variance = twist_variance(&model.robot, q, &encoder, [moment, force]);
+            let variance = twist_variance(&model.robot, q, &encoder, load(*row));
             let rotation = variance[..3].iter().sum::<f64>() / 3.0;
             through.push([variance[3], variance[4], variance[5], rotation]);
         }
         let rows = &self.rows;
         let deviation = |level: &NoiseLevel, seldom: f64, own: f64| {
-            ((level.deviation.powi(2) * seldom + own) * gain).sqrt()
+            (level.deviation.powi(2) * seldom * gain + own).sqrt()
         };
         if let Some(position) = &self.position {
             let level = known(&noise.position, log, LogChannel::Position)?;
@@ -477,13 +496,13 @@ fn smoothed_at(
 }
 
 /// Variance of the tool's rotation, rad², and position, m², along each axis of B, at encoder angles
-/// `q`, rad: by the encoders' noise, and by deviations of moment, N·m, and force, N, in T, through
-/// the arm's compliance.
+/// `q`, rad: by variances of the encoders, rad², and of force, N², and moment, (N·m)², in T, through the
+/// arm's compliance.
 fn twist_variance(
     robot: &Robot<f64>,
     q: &JointVector<f64>,
-    encoder: &[NoiseLevel],
-    [moment, force]: [[f64; 3]; 2],
+    encoder: &JointVector<f64>,
+    [force, moment]: [[f64; 3]; 2],
 ) -> [f64; 6] {
     let frames = robot.frames(q);
     let jacobian = frames.jacobian();
@@ -492,9 +511,9 @@ fn twist_variance(
     let (c_moment, c_force) =
         (compliance.fixed_columns::<3>(0) * turn, compliance.fixed_columns::<3>(3) * turn);
     std::array::from_fn(|row| {
-        let e: f64 = (0..6).map(|i| (jacobian.0[(row, i)] * encoder[i].deviation).powi(2)).sum();
+        let e: f64 = (0..6).map(|i| jacobian.0[(row, i)].powi(2) * encoder[i]).sum();
         let of_wrench = |i: usize| {
-            (c_moment[(row, i)] * moment[i]).powi(2) + (c_force[(row, i)] * force[i]).powi(2)
+            c_moment[(row, i)].powi(2) * moment[i] + c_force[(row, i)].powi(2) * force[i]
         };
         e + (0..3).map(of_wrench).sum::<f64>()
     })

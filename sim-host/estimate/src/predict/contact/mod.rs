@@ -7,7 +7,6 @@
 
 mod spindle_harmonics;
 mod tool;
-mod wiener;
 
 use super::columns::{
     Dropouts, filled, filled_vectors, mean_abs, period, rows_a_vector, spindle_angle,

@@ -30,7 +30,7 @@
 use super::super::instruments::{sensed, unread};
 use super::super::{BaselineModel, Compared, ComparedQuantity};
 use super::tool::{LoadedTool, RecordedWeld};
-use super::wiener::signal_share;
+use crate::predict::wiener::signal_share;
 use nalgebra::{Complex, Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
 use std::borrow::Cow;
 use std::f64::consts::TAU;

@@ -4,7 +4,7 @@
 use super::super::BaselineModel;
 use super::super::columns::vector;
 use super::super::instruments::pose_behind;
-use super::wiener::{WienerSmoother, between};
+use crate::predict::wiener::{WienerSmoother, between};
 use nalgebra::{Matrix3, Vector3};
 use trueweld_core::Pose;
 use trueweld_logs::fir::{LowPass, interpolate};

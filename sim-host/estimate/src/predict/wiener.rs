@@ -4,12 +4,15 @@
 //! The contact makes tens of newtons of what a tracker's noise leaves in the tool's slow motion. In a
 //! steady part of a weld there is nothing else in it, and a fit would have the material soft, for
 //! what it saw of the tool to count less. So what the tool likeliest did goes through the effects, and
-//! the rest as the nominal contact has it: it is in the residual whatever the model. The series is taken
+//! the rest as the nominal contact has it: it is in the residual whatever the model. The arm makes
+//! micrometres of what a force sensor's noise leaves, and a joint that sticks would make none: there
+//! the rest is left out, as it is of no use to know the pose by. The series is taken
 //! apart into octaves (à trous, with the cubic spline's kernel: Starck and Murtagh 1994), of each of
 //! which the share is kept that noise does not make of its mean square around a place: all of a ramp, and
 //! of a steady part its mean.
 
 use nalgebra::Vector3;
+use trueweld_logs::fir::LowPass;
 
 /// The kernel of one octave.
 const KERNEL: [f64; 5] = [0.0625, 0.25, 0.375, 0.25, 0.0625];
@@ -19,7 +22,7 @@ const MEAN_SQUARE_REACH: usize = 8;
 
 /// What is kept of a series, octave by octave.
 #[derive(Debug, Clone)]
-pub(super) struct WienerSmoother {
+pub(crate) struct WienerSmoother {
     /// Samples between two of those that are taken apart.
     stride: usize,
     /// Kept shares along each axis, for each octave and place.
@@ -61,6 +64,12 @@ impl WienerSmoother {
             (0..part.len()).map(share).collect()
         });
         Self { stride, kept: kept.collect(), slow }
+    }
+
+    /// The same of a series in the band of a filter, in which its noise, white before, was of variance one.
+    pub(crate) fn of_noise_in(low: &LowPass, series: &[Vector3<f64>]) -> Self {
+        let covariance = |lag: usize| low.covariance(0, lag);
+        Self::of(series, (low.half() / 12).max(1), covariance, [covariance; 2])
     }
 
     /// What a slope makes of the variance of noise, or of its rate (`derivative`), along an axis at a
