@@ -232,6 +232,19 @@ fn a_prediction_beside_another_is_the_same_as_by_itself() {
     }
 }
 
+#[test]
+fn a_joint_that_sticks_does_not_fit_clean_welds_better() {
+    // It would keep from the pose what noise of the moment makes its gear twist by.
+    let ready = clean_welds(1.0, 4, 0.3);
+    let sticks = effect("hysteresis", Location::Joint(5), &[1e4, 1e-5]);
+    let squares = |effects: &[Effect]| -> f64 {
+        let residuals = predicted(&ready, effects).into_iter().flat_map(|at| at.residual);
+        residuals.map(|r| r * r).sum()
+    };
+    let fall = squares(&[]) - squares(&[sticks]);
+    assert!(fall < 4.0, "{fall}");
+}
+
 /// Means over each weld of the first two lines of the force: what was measured, and what a model with
 /// these effects leaves of it, N.
 fn lines_of_force(ready: &Ready, effects: &[Effect]) -> Vec<[f64; 2]> {

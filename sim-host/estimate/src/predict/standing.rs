@@ -75,7 +75,7 @@ impl StaticPrediction {
         log: &Log,
         noise: &NoiseLevels,
         model: &BaselineModel,
-        [force, moment]: &[[Vec<f64>; 3]; 2],
+        [force, moment]: [&[Vec<f64>; 3]; 2],
         gain: f64,
     ) -> Self {
         let time = &log.samples.time;
@@ -134,7 +134,7 @@ impl StaticPrediction {
             position,
             seen_deviation: deviation(&noise.position),
             rotation,
-            ..Self::under_wrench(log, noise, model, &wrench_columns(log), 1.0)
+            ..Self::under_wrench(log, noise, model, wrench_columns(log).each_ref(), 1.0)
         };
         for (k, p) in s.payload.iter().flatten().enumerate() {
             if p.mass.is_finite() && p.mass != 0.0 {
@@ -172,35 +172,14 @@ impl StaticPrediction {
         if n < 2 * low.half() + 2 {
             return Ok(None);
         }
-        // The wrench as far as it has something to say: its noise would make a gear's memory fade, and a
-        // joint that does not twist under it fit better than one that does.
         let bands = HEARD_BANDS.map(|share| share * band);
-        let heard = |v: [Vec<f64>; 3], levels: &[Option<NoiseLevel>; 3], measured| {
-            let deviation = levels.map(|level| level.map_or(0.0, |level| level.deviation));
-            let unit = Vector3::from(deviation) * rows_a_vector(measured, &low).sqrt();
-            let unit = unit.map(|unit| unit.max(f64::EPSILON));
-            let slow = v.each_ref().map(|v| low.smooth(0, v));
-            let mut likeliest: Vec<Vector3<f64>> =
-                (0..n).map(|k| vector(&slow, k).component_div(&unit)).collect();
-            let smoother = WienerSmoother::of_noise_in(&low, &likeliest);
-            smoother.keep(&mut likeliest);
-            let of = |c: usize| -> Vec<f64> {
-                let mut quick: Vec<f64> = v[c].iter().zip(&slow[c]).map(|(v, s)| v - s).collect();
-                if let Some(angle) = &angle {
-                    let orders = Orders { angle, count: HEARD_ORDERS, bands: &bands };
-                    quick = comb(&orders, period, deviation[c], &quick);
-                }
-                likeliest.iter().zip(quick).map(|(l, quick)| l[c] * unit[c] + quick).collect()
-            };
-            let gain = low.gain(0);
-            let variance = move |k: usize| {
-                [0, 1, 2].map(|c| unit[c].powi(2) * gain * smoother.variance((0, c), k, [1.0, 0.0]))
-            };
-            ([0, 1, 2].map(of), variance)
+        let orders =
+            angle.as_ref().map(|angle| Orders { angle, count: HEARD_ORDERS, bands: &bands });
+        let heard = |v, levels, measured| {
+            HeardVector::of(v, (levels, rows_a_vector(measured, &low)), &low, &orders, period)
         };
-        let (force, force_variance) = heard(force, &noise.force, &s.force);
-        let (moment, moment_variance) = heard(moment, &noise.moment, &s.moment);
-        let wrench = [force, moment];
+        let force = heard(&force, &noise.force, &s.force);
+        let moment = heard(&moment, &noise.moment, &s.moment);
         let every = ((0.4 / (band * period)).floor() as usize).max(1);
         let rows: Vec<usize> = (low.half()..n - low.half()).step_by(every).collect();
         let none = || Vector3::repeat(f64::NAN);
@@ -239,10 +218,10 @@ impl StaticPrediction {
             rotation: turned.map(|(first, t)| back(slow(&t, &s.rotation), &first)),
             period,
             rows,
-            ..Self::under_wrench(log, noise, model, &wrench, gain)
+            ..Self::under_wrench(log, noise, model, [&force.series, &moment.series], gain)
         };
         let first = compared.len();
-        let load = |row: usize| [force_variance(row), moment_variance(row)];
+        let load = |row: usize| [force.variance(row), moment.variance(row)];
         standing.compare(log, noise, model, load, compared)?;
         standing.noise = vec![Vector6::repeat(f64::INFINITY); standing.rows.len()];
         for c in &compared[first..] {
@@ -472,6 +451,49 @@ impl StaticPrediction {
             });
         }
         poses
+    }
+}
+
+/// A measured force or moment as far as it has something to say: its noise would make a gear's memory fade,
+/// and a joint that does not twist under it fit better than one that does.
+struct HeardVector {
+    series: [Vec<f64>; 3],
+    smoother: WienerSmoother,
+    /// Variance of its noise in the band of a weld's pose.
+    noise: Vector3<f64>,
+}
+
+impl HeardVector {
+    /// With what the smoother keeps in the band of `low`, and in bands around the spindle's orders; as it
+    /// is above that band where its angle is not known. `seldom`: rows for each reading.
+    fn of(
+        measured: &[Vec<f64>; 3],
+        (levels, seldom): (&[Option<NoiseLevel>; 3], f64),
+        low: &LowPass,
+        orders: &Option<Orders<'_>>,
+        period: f64,
+    ) -> Self {
+        let deviation = levels.map(|level| level.map_or(0.0, |level| level.deviation));
+        let unit = Vector3::from(deviation.map(|d| (d * seldom.sqrt()).max(f64::EPSILON)));
+        let slow = measured.each_ref().map(|series| low.smooth(0, series));
+        let in_noise = |k: usize| vector(&slow, k).component_div(&unit);
+        let mut kept: Vec<Vector3<f64>> = (0..slow[0].len()).map(in_noise).collect();
+        let smoother = WienerSmoother::of_noise_in(low, &kept);
+        smoother.keep(&mut kept);
+        let series = [0, 1, 2].map(|c| {
+            let apart = measured[c].iter().zip(&slow[c]);
+            let mut quick: Vec<f64> = apart.map(|(all, slow)| all - slow).collect();
+            if let Some(orders) = orders {
+                quick = comb(orders, period, deviation[c], &quick);
+            }
+            kept.iter().zip(quick).map(|(kept, quick)| kept[c] * unit[c] + quick).collect()
+        });
+        Self { series, smoother, noise: unit.map(|unit| unit.powi(2) * low.gain(0)) }
+    }
+
+    /// Variance that noise leaves in the band of a weld's pose, at a row.
+    fn variance(&self, row: usize) -> [f64; 3] {
+        [0, 1, 2].map(|c| self.noise[c] * self.smoother.variance((0, c), row, [1.0, 0.0]))
     }
 }
 
