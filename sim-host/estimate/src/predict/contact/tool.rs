@@ -3,14 +3,14 @@
 
 use super::super::BaselineModel;
 use super::super::columns::vector;
-use super::super::instruments::pose_behind;
+use super::super::instruments::{pose_behind, sensed, unread, wrench_behind};
 use crate::predict::wiener::{WienerSmoother, between};
 use nalgebra::{Matrix3, Vector3};
-use trueweld_core::Pose;
+use trueweld_core::{Pose, Wrench};
 use trueweld_logs::fir::{LowPass, interpolate};
 use trueweld_plant::input::Process;
 use trueweld_plant::process::{Reaction, reaction};
-use trueweld_plant::robot::{ElasticRobot, Ports};
+use trueweld_plant::robot::{Channel, ElasticRobot, Ports, Readings};
 use trueweld_plant::simulate::Seam;
 
 /// A weld with tracker and wrench.
@@ -191,9 +191,9 @@ impl RecordedWeld {
         LoadedTool { push, position, velocity, channel: tool.channel, reaction }
     }
 
-    /// Slopes in W of the force that carries the push measured around a row by the tool's place, N/m, and by
-    /// its rate, N·s/m, mean over a turn of the spindle: central differences over what `noise` moves them
-    /// by, m and m/s. `None` where there is no noise, or no contact to speak of.
+    /// Slopes in W of what the sensor reads of the force that carries the push measured around a row by the
+    /// tool's place, N/m, and by its rate, N·s/m, mean over a turn of the spindle: central differences over
+    /// what `noise` moves them by, m and m/s. `None` where there is no noise, or no contact to speak of.
     pub(crate) fn slopes(
         &self,
         (process, ports): (&Process, &Ports),
@@ -207,18 +207,25 @@ impl RecordedWeld {
             reaction(&even, ports, time, &position, &velocity, tool.channel, 0.0).force
         };
         let still = force(&[Vector3::zeros(); 2]);
+        let turn = self.axes[row].tr_mul(&self.rotation[row]);
         let mut carried = Vector3::repeat(1.0);
         if process.model.plane_follows_push() {
-            let share = self.push(row) / still.z.abs();
-            (carried.x, carried.y) = (share, share);
+            let measured = turn.tr_mul(&(Vector3::z() * self.push(row).copysign(still.z)));
+            let measured = Wrench { moment: Vector3::zeros(), force: measured };
+            let push = (turn * wrench_behind(ports, &measured, time).force).z;
+            (carried.x, carried.y) = (push / still.z, push / still.z);
         }
+        let read = |by: &[Vector3<f64>; 2]| {
+            let force = turn.tr_mul(&force(by).component_mul(&carried));
+            turn * sensed(ports, Channel::Wrench, Readings { force, ..unread(time) }).force
+        };
         let slopes = [0, 1].map(|derivative| {
             let columns = [0, 1, 2].map(|axis| {
                 let mut by = [Vector3::zeros(); 2];
                 by[derivative][axis] = noise[derivative];
-                let ahead = force(&by);
+                let ahead = read(&by);
                 by[derivative][axis] = -noise[derivative];
-                (ahead - force(&by)).component_mul(&carried) / (2.0 * noise[derivative])
+                (ahead - read(&by)) / (2.0 * noise[derivative])
             });
             Matrix3::from_columns(&columns)
         });
