@@ -97,6 +97,11 @@ impl LowPass {
         self.half
     }
 
+    /// Samples between two of the smoothed series that tell all of it.
+    pub fn stride(&self) -> usize {
+        (self.half / 12).max(1)
+    }
+
     /// Longest gap, in samples, that the straight line between its ends may bridge: the noise of these
     /// two counts by g²w²/2 where a sample's weight is w, and that of all others by w.
     pub fn bridged(&self) -> usize {

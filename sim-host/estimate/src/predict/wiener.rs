@@ -69,7 +69,7 @@ impl WienerSmoother {
     /// The same of a series in the band of a filter, in which its noise, white before, was of variance one.
     pub(crate) fn of_noise_in(low: &LowPass, series: &[Vector3<f64>]) -> Self {
         let covariance = |lag: usize| low.covariance(0, lag);
-        Self::of(series, (low.half() / 12).max(1), covariance, [covariance; 2])
+        Self::of(series, low.stride(), covariance, [covariance; 2])
     }
 
     /// What a slope makes of the variance of noise, or of its rate (`derivative`), along an axis at a

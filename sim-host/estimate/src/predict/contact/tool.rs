@@ -175,7 +175,7 @@ impl RecordedWeld {
 
     /// Samples between two that tell what is slow.
     pub(crate) fn stride(&self) -> usize {
-        (self.low.half() / 12).max(1)
+        self.low.stride()
     }
 
     /// A tool that carries the push measured around a row, its forces those of a mean over a turn: the
