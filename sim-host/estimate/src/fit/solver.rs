@@ -37,7 +37,7 @@ pub struct Fitted {
 pub enum Termination {
     /// The gradient, with slopes taken there, promises no more than chance.
     Converged,
-    /// What new slopes brought is little of what is above the noise: something else is missing.
+    /// What new slopes brought is little of what is above the noise, or of no account.
     SmallDecrease,
     /// No step that the slopes ask for lowers the cost, however short: the cost is not smooth there,
     /// as with a gap.
@@ -92,7 +92,8 @@ const GAIN_RATIO_BAD: f64 = 0.4;
 const REMAINING_DECREASE_MAX: f64 = 0.5;
 
 /// Fall of the cost from one refresh of the slopes to the next below which a fit is near enough, as a
-/// share of what is above the noise.
+/// share of what is above the noise; or less than what counts as converged, where slopes promise more than
+/// steps bring, as with a gap.
 const RELATIVE_DECREASE_MIN: f64 = 3e-3;
 
 /// Damping of the first step, and from which on no step is short enough.
@@ -227,10 +228,10 @@ fn fit_from(
         let converged = promised < CONVERGED_DECREASE * inflation;
         if converged || slopes_failed || (!fresh && promised > REMAINING_DECREASE_MAX * before) {
             // Where the next slopes would hardly bring more than these did.
-            let enough = RELATIVE_DECREASE_MIN * (here.cost - count(&here.residuals) as f64);
+            let above_noise = here.cost - count(&here.residuals) as f64;
+            let enough = (RELATIVE_DECREASE_MIN * above_noise).max(CONVERGED_DECREASE * inflation);
             if (converged && fresh) || taken_at - here.cost < enough {
-                let touched = is_rough
-                    || touched_at - here.cost <= enough.max(CONVERGED_DECREASE * inflation);
+                let touched = is_rough || touched_at - here.cost <= enough;
                 if touched || !here.retouch(problem, blocks) {
                     here.termination = if converged && fresh {
                         Termination::Converged
