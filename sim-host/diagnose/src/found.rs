@@ -46,8 +46,7 @@ impl FittedEffect {
     /// True for a value held at an end of its plausible range: what the logs ask for is not this.
     fn is_at_bound(&self, parameter: usize) -> bool {
         let plausible = &self.effect.kind.parameters[parameter];
-        let value = self.effect.values[parameter];
-        self.is_fitted(parameter) && (value == plausible.low || value == plausible.high)
+        self.is_fitted(parameter) && plausible.is_at_bound(self.effect.values[parameter])
     }
 
     /// True where the interval of one of its sizes, which the logs bound, does not hold the value

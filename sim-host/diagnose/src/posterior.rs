@@ -251,9 +251,7 @@ fn tell(
             posterior.not_measured.push(name);
             continue;
         }
-        if parameter.role != Role::Phase
-            && values.iter().any(|v| *v == parameter.low || *v == parameter.high)
-        {
+        if values.iter().any(|v| parameter.is_at_bound(*v)) {
             posterior.at_bound.push(name);
         } else if deviation > MEASURED_DEVIATION_MAX * range_deviation(parameter) {
             posterior.undetermined.push(name);

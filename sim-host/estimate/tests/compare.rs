@@ -301,6 +301,31 @@ fn what_fills_a_dropout_is_not_compared() {
     }
 }
 
+/// Behind a tool on its way the channel lags as far as it goes across the seam; a tool that stirs at rest
+/// as the log begins, by some tenths of a millimetre, has one at its place.
+#[test]
+fn a_tool_that_stirs_at_rest_is_not_on_its_way() {
+    let campaign = Campaign::read(fixture("campaigns/nothing-missing")).unwrap();
+    let model = ModelFile::read(&campaign.model).unwrap();
+    let still = campaign.logs.iter().find(|log| log.name == "weld-1").unwrap();
+    let mut stirs = still.clone();
+    let positions = stirs.samples.position.as_mut().unwrap();
+    for (position, time) in positions.iter_mut().zip(&still.samples.time) {
+        *position += Vector3::new(8e-3, -4e-3, 0.0) * (time * (-time / 0.15).exp());
+    }
+    let deviations = [still, &stirs].map(|log| {
+        let prepared = experiments(std::slice::from_ref(log), &baseline(&model)).unwrap();
+        let compared = prepared[0].compared.iter();
+        let force = compared.filter(|c| c.quantity == ComparedQuantity::Force);
+        force.map(|c| c.deviation).collect::<Vec<f64>>()
+    });
+    let [still, stirs] = &deviations;
+    assert_eq!(still.len(), stirs.len());
+    for (still, stirs) in still.iter().zip(stirs) {
+        assert!((stirs / still - 1.0).abs() < 0.05, "{still} N, {stirs} N");
+    }
+}
+
 #[test]
 fn a_motion_that_begins_and_ends_midway_is_predicted_as_well() {
     let comparison = compared("campaigns/kr210-cut");

@@ -13,7 +13,7 @@ use crate::predict::{PredictError, Prediction};
 use nalgebra::DVector;
 use rayon::prelude::*;
 use trueweld_logs::log::LogKind;
-use trueweld_plant::effects::{Parameter, Role};
+use trueweld_plant::effects::Parameter;
 
 /// A fitted point.
 #[derive(Debug, Clone)]
@@ -125,7 +125,7 @@ fn bounded(linear: &Linear, point: &FitState, damping: f64) -> Option<DVector<f6
 /// The step that just reaches the bound which a step would pass.
 fn room(parameter: &Parameter, value: f64, step: f64) -> Option<f64> {
     let reached = value_at(parameter, value, step);
-    if parameter.role == Role::Phase || (reached != parameter.low && reached != parameter.high) {
+    if !parameter.is_at_bound(reached) {
         return None;
     }
     let (mut within, mut beyond) = (0.0, 1.0);

@@ -88,7 +88,7 @@ result! {
         /// Standard deviation from log to log, in the unit; 0 for a number of the cell.
         between_logs: f64 = n.between_logs,
         /// True where the value is at the bound of what is possible: the interval ends there.
-        at_bound: bool = n.value == of.low || n.value == of.high,
+        at_bound: bool = of.is_at_bound(n.value),
     }
 }
 

@@ -61,6 +61,11 @@ impl Parameter {
         value.is_finite() && (self.role == Role::Phase || (self.low..=self.high).contains(&value))
     }
 
+    /// True for a value at an end of its plausible range. A phase has none: it comes round.
+    pub fn is_at_bound(&self, value: f64) -> bool {
+        self.role != Role::Phase && (value == self.low || value == self.high)
+    }
+
     /// A parameter, plausible within `range`.
     pub const fn new(
         name: &'static str,

@@ -193,11 +193,13 @@ impl ContactForcePrediction {
             None => s.encoder.iter().map(|q| model.robot.forward_kinematics(q).rotation).collect(),
         };
         let seam = Seam::real(weld);
+        let feed = weld.feed_at(seam.place(&vector(&position, 0)).position.x);
         let axes = (0..n).map(|k| seam.place(&vector(&position, k)).axes).collect();
         let mut weld = RecordedWeld {
             process,
             seam,
             axes,
+            feed,
             period,
             angle,
             position,
@@ -247,13 +249,7 @@ impl ContactForcePrediction {
         };
         let (mut lines, mut amplitudes) = lined(&weld);
         // A log that begins in contact need not begin with the spindle's angle at 0.
-        let first = || weld.force.iter().take(weld.low.half());
-        let begun = if weld.process.bears_push() {
-            first().map(|f| f.z.abs()).sum::<f64>() / weld.low.half() as f64
-        } else {
-            first().sum::<Vector3<f64>>().norm() / weld.low.half() as f64
-        };
-        let begins_in_contact = begun > CONTACT * weld.process.model.reference_force();
+        let begins_in_contact = weld.begins_in_contact();
         if begins_in_contact && let Some(ahead) = lines.start_angle(&weld, model, &amplitudes) {
             weld.angle.iter_mut().for_each(|angle| *angle += ahead);
             (lines, amplitudes) = lined(&weld);
@@ -506,8 +502,8 @@ fn spread(
     // Where the channel behind the tool began is as uncertain as one reading, until the tool
     // has left it behind.
     let travelled = (weld.motion[row].position.x - weld.motion[0].position.x).abs();
-    let first = &weld.motion[0];
-    let began = tracker.hypot(weld.lag(&first.position, &first.velocity));
-    slow.y += (k[(1, 1)] * began * (-travelled / weld.process.model.memory_length()).exp()).powi(2);
+    let memory = weld.process.model.memory_length();
+    let began = tracker.hypot(weld.lag(memory, |k| weld.motion[k].position));
+    slow.y += (k[(1, 1)] * began * (-travelled / memory).exp()).powi(2);
     slow.map(f64::sqrt)
 }

@@ -20,6 +20,8 @@ pub(super) struct RecordedWeld {
     pub seam: Seam,
     /// Axes of W in B where the tool is, at every row.
     pub axes: Vec<Matrix3<f64>>,
+    /// Feed where the log begins, m/s.
+    pub feed: f64,
     pub period: f64,
     /// Spindle angle at every row, rad.
     pub angle: Vec<f64>,
@@ -46,15 +48,8 @@ pub(super) struct RecordedWeld {
 /// force.
 pub(super) const CONTACT: f64 = 0.03;
 
-/// Speed along the seam below which a tool is not on its way, m/s.
-const FEED_MIN: f64 = 1e-3;
-
-/// How far the channel lags behind a tool on its way, across the seam, m, where it follows over this
-/// travel; 0 for a tool at rest.
-fn lag(memory: f64, position: &Vector3<f64>, velocity: &Vector3<f64>) -> f64 {
-    let deep = position.z > 0.0 && velocity.x.abs() > FEED_MIN;
-    if deep { memory * velocity.y / velocity.x.abs() } else { 0.0 }
-}
+/// Share of the feed from which on a tool is on its way: halfway between that and rest.
+const ON_ITS_WAY: f64 = 0.5;
 
 /// The tool at one row: TCP and velocity in W, and the channel behind it.
 #[derive(Debug, Clone, Copy)]
@@ -125,7 +120,7 @@ impl RecordedWeld {
             [&mut position, &mut velocity].into_iter().for_each(|series| likeliest.keep(series));
         }
         // Behind a tool that begins on its way the channel is where it was a memory's length before.
-        let mut channel = position[0].y - lag(memory, &position[0], &velocity[0]);
+        let mut channel = position[0].y - self.lag(memory, |k| position[k]);
         (0..n)
             .map(|k| {
                 let tool = Tool { position: position[k], velocity: velocity[k], channel };
@@ -148,9 +143,28 @@ impl RecordedWeld {
         self.motion = self.tool(None, 0.0, self.process.model.memory_length());
     }
 
-    /// How far the channel lags behind a tool on its way, across the seam, m; 0 for one at rest.
-    pub(crate) fn lag(&self, position: &Vector3<f64>, velocity: &Vector3<f64>) -> f64 {
-        lag(self.process.model.memory_length(), position, velocity)
+    /// How far the channel, which follows over a travel of `memory`, lags behind the tool when the log
+    /// begins, across the seam, m: 0 where the tool is not on its way through the plate yet. By the force
+    /// and the way over the first window, for noise alone moves a tool by a few millimetres a second, and
+    /// by more than its depth. `position`: by row, in W.
+    pub(crate) fn lag(&self, memory: f64, position: impl Fn(usize) -> Vector3<f64>) -> f64 {
+        let rows = self.low.half();
+        let way = position(rows) - position(0);
+        let least = ON_ITS_WAY * self.feed * rows as f64 * self.period;
+        let is_on_its_way = self.begins_in_contact() && way.x.abs() > least;
+        if is_on_its_way { memory * way.y / way.x.abs() } else { 0.0 }
+    }
+
+    /// True where there is contact to speak of when the log begins, by the force over the first window.
+    pub(crate) fn begins_in_contact(&self) -> bool {
+        let rows = self.low.half();
+        let first = self.force.iter().take(rows);
+        let sum = if self.process.bears_push() {
+            first.map(|f| f.z.abs()).sum::<f64>()
+        } else {
+            first.sum::<Vector3<f64>>().norm()
+        };
+        sum / rows as f64 > CONTACT * self.process.model.reference_force()
     }
 
     /// A series without what is slow in it: thousands of newtons that change slowly would show at
